@@ -9,6 +9,7 @@ import sys
 
 import effects_kit
 import effects_actors
+import effects_lights
 import effects_recorder
 import effects_scenery
 import effects_sensors
@@ -39,7 +40,11 @@ CHECKS = [
     effects_sensors.lane_invasion,
     effects_walkers.walker_control_and_bones,
     effects_walkers.walker_poses,
-    effects_traffic.traffic_lights,
+    effects_lights.trigger_volumes,
+    effects_lights.vehicles_at_lights,
+    effects_lights.groups_of_lights,
+    effects_lights.frozen_lights,
+    effects_lights.traffic_lights,
     effects_scenery.weather,
     effects_world.spectator_and_rays,
     effects_scenery.layers_and_objects,

@@ -1,4 +1,4 @@
-"""Checks of the traffic manager and of traffic lights."""
+"""Checks of the traffic manager."""
 
 import carla
 
@@ -269,52 +269,3 @@ def autopilot(c):
     assert all(car.get_velocity().length() < 0.5 for car in cars)
     for car in cars:
         car.destroy()
-
-
-@check
-def traffic_lights(c):
-    lights = c.world.get_actors().filter("traffic.traffic_light*")
-    assert lights
-    light = lights[0]
-    for state in (carla.TrafficLightState.Green, carla.TrafficLightState.Red):
-        light.set_state(state)
-        c.ticks(2)
-        assert light.get_state() == state
-    c.world.freeze_all_traffic_lights(True)
-    c.world.tick()
-    before = [one.get_state() for one in lights]
-    assert light.is_frozen()
-    c.ticks(400)
-    assert [one.get_state() for one in lights] == before
-    c.world.freeze_all_traffic_lights(False)
-    changed = False
-    for _ in range(1200):
-        c.world.tick()
-        changed = changed or [one.get_state() for one in lights] != before
-    assert changed
-    works("TrafficLight.get_state TrafficLight.set_state TrafficLight.state "
-          "World.freeze_all_traffic_lights TrafficLight.freeze TrafficLight.is_frozen",
-          "lights changed as set, kept their states while frozen, and continued")
-    light.set_green_time(7.0)
-    c.world.tick()
-    assert light.get_green_time() == 7.0
-    differs("TrafficLight.set_green_time TrafficLight.set_yellow_time TrafficLight.set_red_time "
-            "TrafficLight.get_green_time TrafficLight.get_yellow_time TrafficLight.get_red_time",
-            "how long a state lasts that a client has set; the signal plan is that of this "
-            "simulator's traffic")
-    assert light.id in [one.id for one in light.get_group_traffic_lights()]
-    assert light.get_light_boxes() and light.get_elapsed_time() >= 0.0
-    light.set_red_time(1000.0)
-    light.set_state(carla.TrafficLightState.Red)
-    c.ticks(900)
-    assert light.get_state() == carla.TrafficLightState.Red, "not held for its red time"
-    light.reset_group()
-    c.world.reset_all_traffic_lights()
-    greens = 0
-    for _ in range(1200):
-        c.world.tick()
-        greens += light.get_state() == carla.TrafficLightState.Green
-    assert greens > 0, "the light was not green in the signal plan"
-    works("TrafficLight.get_group_traffic_lights TrafficLight.get_light_boxes "
-          "TrafficLight.get_elapsed_time TrafficLight.reset_group World.reset_all_traffic_lights",
-          "the light was in its own group, had a light box, and returned to the signal plan")

@@ -39,6 +39,7 @@ pub mod tables;
 mod textures;
 mod traffic_lights;
 mod traffic_manager;
+mod trigger_volumes;
 mod weather;
 mod wire;
 

@@ -3,7 +3,10 @@
 
 use std::collections::{BTreeMap, btree_map::Entry};
 
-use client_lib::{ActorId, BlueprintInfo, Pose, World, wire::ActorState};
+use client_lib::{
+    ActorId, BlueprintInfo, Pose, World,
+    wire::{ActorState, kind},
+};
 use road::Network;
 
 use crate::{
@@ -11,6 +14,7 @@ use crate::{
     blueprints,
     sensor::Sensor,
     stream,
+    trigger_volumes::{LaneVolume, carla_from_face, enclosing, lane_volumes},
     wire::{Actor, Attribute, Bounds, Description},
 };
 
@@ -37,6 +41,8 @@ pub(crate) struct Proxy {
 pub(crate) struct ProxyActors {
     known: BTreeMap<u32, Actor>,
     pub(crate) proxies: BTreeMap<u32, Proxy>,
+    /// By signal: where it applies to vehicles.
+    volumes: Vec<Vec<LaneVolume>>,
     last_proxy: u32,
     last_stream: u32,
     stream_port: u16,
@@ -58,6 +64,7 @@ impl ProxyActors {
         let mut actors = ProxyActors {
             known: BTreeMap::new(),
             proxies: BTreeMap::new(),
+            volumes: network.signals().iter().map(|s| lane_volumes(network, s)).collect(),
             last_proxy: FIRST_PROXY - 1,
             last_stream,
             stream_port,
@@ -65,17 +72,20 @@ impl ProxyActors {
         let description =
             Description { uid: 0, id: "spectator".to_owned(), attributes: Vec::new() };
         actors.add_proxy(description, 0, Pose::IDENTITY, None);
-        for signal in network.signals().iter().filter(|s| !s.dynamic) {
+        for (index, signal) in network.signals().iter().enumerate().filter(|(_, s)| !s.dynamic) {
             let Some(id) = sign_type(signal) else { continue };
             let description = Description { uid: 0, id, attributes: Vec::new() };
             let turn = signal.pose.rotation().as_quat();
-            let pose = Pose::new(signal.pose.position.as_vec3(), turn);
+            let face = Pose::new(signal.pose.position.as_vec3(), turn);
+            let pose = carla_from_face(&face);
             let id = actors.add_proxy(description, 0, pose, None);
             if let Some(proxy) = actors.proxies.get_mut(&id) {
                 proxy.sign.clone_from(&signal.id);
             }
             if let Some(actor) = actors.known.get_mut(&id) {
                 actor.tag = TRAFFIC_SIGN;
+                let volume = enclosing(&actors.volumes[index], &pose, id);
+                actor.bounds = volume.unwrap_or(actor.bounds);
             }
         }
         actors
@@ -120,7 +130,14 @@ impl ProxyActors {
         if let Entry::Vacant(room) = self.known.entry(id) {
             let state = world.state(ActorId(id))?;
             let info = blueprints.get(state.blueprint as usize)?;
-            room.insert(on_bus(id, describe(state, info), info));
+            let mut actor = on_bus(id, describe(state, info), info);
+            if state.kind == kind::TRAFFIC_LIGHT {
+                let volumes =
+                    self.volumes.get(state.signal as usize).map_or(&[][..], Vec::as_slice);
+                let volume = enclosing(volumes, &carla_from_face(&state.pose), id);
+                actor.bounds = volume.unwrap_or(actor.bounds);
+            }
+            room.insert(actor);
         }
         self.known.get(&id)
     }

@@ -17,10 +17,24 @@ const RED_SECS: f32 = 2.0;
 
 /// All traffic lights of a map.
 pub(crate) struct TrafficLights {
-    /// The OpenDRIVE id and the controller of each signal.
-    signals: Vec<(String, Option<u32>)>,
+    signals: Vec<SignalOfMap>,
     by_actor: BTreeMap<u32, Light>,
     pub(crate) is_frozen: bool,
+}
+
+/// What does not change about a signal.
+struct SignalOfMap {
+    /// The OpenDRIVE id.
+    id: String,
+    group: Option<Group>,
+}
+
+/// The lights that belong together. In CARLA these are all lights of a junction.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Group {
+    Junction(u32),
+    /// The controller of lights that belong to no junction.
+    Controller(u32),
 }
 
 /// The state of one light box.
@@ -29,38 +43,66 @@ struct Light {
     signal: u32,
     phase: u32,
     since_nanos: u64,
+    /// The index of the light in its group.
+    pole: u32,
     /// The durations of green, yellow and red that clients have set, or the defaults. Seconds.
     secs: [f32; 3],
-    /// The simulated time until which a client's switch holds; `None`: traffic controls the light.
-    held_until_nanos: Option<u64>,
+    /// The client's switch that holds; `None`: traffic controls the light.
+    held: Option<Hold>,
+}
+
+/// A phase that a client has commanded. Snapshots show it from the next frame on.
+#[derive(Clone, Copy, Debug)]
+struct Hold {
+    phase: u32,
+    /// Simulated time.
+    until_nanos: u64,
 }
 
 impl TrafficLights {
     pub(crate) fn new(network: &Network) -> TrafficLights {
-        let signals = network.signals().iter().map(|s| (s.id.clone(), s.controller));
+        let signals = network.signals().iter().map(|signal| {
+            let junction = network.junction_of(signal).map(Group::Junction);
+            let group = junction.or(signal.controller.map(Group::Controller));
+            SignalOfMap { id: signal.id.clone(), group }
+        });
         TrafficLights { signals: signals.collect(), by_actor: BTreeMap::new(), is_frozen: false }
     }
 
     /// Takes over the phases of a frame.
     pub(crate) fn follow(&mut self, world: &World) {
         let now = world.header().stamp.sim_time_nanos;
+        let count = self.by_actor.len();
         for actor in world.states().iter().filter(|a| a.kind == kind::TRAFFIC_LIGHT) {
             let light = self.by_actor.entry(actor.actor_id.0).or_insert(Light {
                 signal: actor.signal,
                 phase: actor.phase,
                 since_nanos: now,
+                pole: 0,
                 secs: [GREEN_SECS, YELLOW_SECS, RED_SECS],
-                held_until_nanos: None,
+                held: None,
             });
             if light.phase != actor.phase {
                 (light.phase, light.since_nanos) = (actor.phase, now);
+            }
+        }
+        if self.by_actor.len() > count {
+            self.number_poles();
+        }
+    }
+
+    fn number_poles(&mut self) {
+        for id in self.ids() {
+            let before = self.group(id).into_iter().take_while(|member| *member != id).count();
+            if let Some(light) = self.by_actor.get_mut(&id) {
+                light.pole = before as u32;
             }
         }
     }
 
     /// Returns the name of a light, its index in its group, and its timing.
     pub(crate) fn of(&self, actor: &ActorState, moment: &Moment) -> (&str, u32, Timing) {
-        let name = self.signals.get(actor.signal as usize).map_or("", |(name, _)| name.as_str());
+        let name = self.signals.get(actor.signal as usize).map_or("", |s| s.id.as_str());
         let light = self.by_actor.get(&actor.actor_id.0);
         let secs = light.map_or([GREEN_SECS, YELLOW_SECS, RED_SECS], |l| l.secs);
         let since = light.map_or(0, |l| moment.sim_time_nanos.saturating_sub(l.since_nanos));
@@ -71,18 +113,15 @@ impl TrafficLights {
             elapsed_secs: since as f32 * 1e-9,
             is_frozen: self.is_frozen,
         };
-        let group = self.group(actor.actor_id.0);
-        let pole = group.iter().position(|id| *id == actor.actor_id.0).unwrap_or(0);
-        (name, pole as u32, timing)
+        (name, light.map_or(0, |l| l.pole), timing)
     }
 
-    /// Returns the lights of the same controller, including the light itself.
+    /// Returns the lights of the same junction, including the light itself, by id.
     pub(crate) fn group(&self, id: u32) -> Vec<u32> {
-        let controller =
-            |light: &Light| self.signals.get(light.signal as usize).and_then(|(_, c)| *c);
+        let group = |light: &Light| self.signals.get(light.signal as usize).and_then(|s| s.group);
         let Some(own) = self.by_actor.get(&id) else { return Vec::new() };
-        let Some(group) = controller(own) else { return vec![id] };
-        let members = self.by_actor.iter().filter(|(_, l)| controller(l) == Some(group));
+        let Some(own) = group(own) else { return vec![id] };
+        let members = self.by_actor.iter().filter(|(_, light)| group(light) == Some(own));
         members.map(|(id, _)| *id).collect()
     }
 
@@ -118,17 +157,19 @@ impl TrafficLights {
             _ => f32::INFINITY,
         };
         let nanos = (secs.max(0.0) * 1e9) as u64;
-        let until = if is_frozen { u64::MAX } else { now.saturating_add(nanos) };
-        light.held_until_nanos = Some(until);
+        let until_nanos = if is_frozen { u64::MAX } else { now.saturating_add(nanos) };
+        light.held = Some(Hold { phase, until_nanos });
         Some(hold(id, phase))
     }
 
-    /// Freezes all lights in their phases, or lets them continue. Returns the commands.
+    /// Freezes all lights in the phases that were commanded last or that they show, or lets them
+    /// continue. Returns the commands.
     pub(crate) fn freeze(&mut self, on: bool) -> Vec<Command> {
         self.is_frozen = on;
         let each = self.by_actor.iter_mut().map(|(id, light)| {
-            light.held_until_nanos = on.then_some(u64::MAX);
-            if on { hold(*id, light.phase) } else { release(*id) }
+            let phase = light.held.map_or(light.phase, |held| held.phase);
+            light.held = on.then_some(Hold { phase, until_nanos: u64::MAX });
+            if on { hold(*id, phase) } else { release(*id) }
         });
         each.collect()
     }
@@ -137,7 +178,7 @@ impl TrafficLights {
     pub(crate) fn reset(&mut self, ids: &[u32]) -> Vec<Command> {
         for id in ids {
             if let Some(light) = self.by_actor.get_mut(id) {
-                light.held_until_nanos = None;
+                light.held = None;
             }
         }
         ids.iter().map(|id| release(*id)).collect()
@@ -153,8 +194,8 @@ impl TrafficLights {
         let now = world.header().stamp.sim_time_nanos;
         let mut commands = Vec::new();
         for (id, light) in &mut self.by_actor {
-            if light.held_until_nanos.is_some_and(|until| now >= until) {
-                light.held_until_nanos = None;
+            if light.held.is_some_and(|held| now >= held.until_nanos) {
+                light.held = None;
                 commands.push(release(*id));
             }
         }

@@ -7,6 +7,7 @@
 //! text ──xml──▶ parse ──records──▶ build ──▶ Network ──▶ place, walk, index, surface
 //! ```
 
+mod approach;
 mod arclength;
 mod axes;
 mod bake;

@@ -2,7 +2,10 @@
 
 use std::time::Instant;
 
-use client_lib::{Client, Measurement, wire::kind};
+use client_lib::{
+    Client, Measurement,
+    wire::{ActorState, kind},
+};
 
 use crate::{
     bridge::episode_state::EpisodeState,
@@ -12,6 +15,7 @@ use crate::{
     state::{Moment, StateMessage},
     stream::{Streams, WORLD},
     textures,
+    trigger_volumes::carla_from_face,
 };
 
 /// The state of publication: the last published frame, and the start of the platform clock.
@@ -40,6 +44,7 @@ impl Publisher {
         let spawned = &episode.spawned;
         drop(episode.actors.remove_absent(world, |id| spawned.contains(id)));
         episode.traffic_lights.follow(world);
+        episode.road_contexts.follow(world);
         let moment = Moment {
             frame: self.frame,
             sim_time_nanos: header.stamp.sim_time_nanos,
@@ -62,10 +67,14 @@ impl Publisher {
             match actor.kind {
                 kind::TRAFFIC_LIGHT => {
                     let (sign, pole, timing) = episode.traffic_lights.of(actor, &moment);
-                    state.light(actor, sign, pole, &timing);
+                    let pose = carla_from_face(&actor.pose);
+                    state.light(&ActorState { pose, ..*actor }, sign, pole, &timing);
                 }
                 kind::VEHICLE => {
-                    state.actor(actor, episode.road_contexts.of(actor, world, self.frame));
+                    state.actor(
+                        actor,
+                        episode.road_contexts.of(actor, client.blueprints(), self.frame),
+                    );
                 }
                 _ => state.actor(actor, Default::default()),
             }

@@ -13,6 +13,7 @@ use crate::{
     proxy_actors::{ProxyActors, SPECTATOR},
     sensor::Sensor,
     shared_bridge::LockedBridge,
+    trigger_volumes::carla_from_face,
     wire::{Description, transform},
 };
 
@@ -103,6 +104,9 @@ impl LockedBridge<'_> {
         {
             return Err(unknown("spawn_actor_with_parent", parent));
         }
+        // Clients give the pose in the space of CARLA's actor.
+        let is_on_light = self.episode.traffic_lights.contains(parent);
+        let pose = if is_on_light { carla_from_face(&Pose::IDENTITY).then(&pose) } else { pose };
         if description.id.starts_with("sensor.") {
             let stream = self.episode.actors.next_stream();
             let sensor = Sensor::new(description.clone(), stream)?;
