@@ -116,6 +116,12 @@ impl SensorSpec {
     }
 }
 
+impl From<&SensorSpec> for SensorSpec {
+    fn from(spec: &SensorSpec) -> SensorSpec {
+        *spec
+    }
+}
+
 /// Header of a bundle's measurements of one frame.
 ///
 /// The payload starts with `plane_count` [`Plane`]s, which locate the data of each output.
