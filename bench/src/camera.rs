@@ -3,8 +3,8 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use client_lib::{
-    ActorId, Client, Pose, SensorSpec, camera, clock, lidar,
-    wire::{output, tracer},
+    ActorId, Client, Pose, clock,
+    wire::{SensorSpec, camera, lidar, output, tracer},
 };
 use glam::{Quat, Vec3};
 

@@ -5,8 +5,8 @@ use std::{ffi::OsString, net::TcpListener, process::Command};
 
 use anyhow::{Context, ensure};
 use client_lib::{
-    ActorId, Client, Pose, Spawn, camera, clock,
-    wire::{VehicleControl, output},
+    ActorId, Client, Pose, Spawn, clock,
+    wire::{VehicleControl, camera, output},
 };
 use glam::{Quat, Vec3};
 

@@ -4,7 +4,8 @@
 use std::hint::black_box;
 
 use client_lib::{
-    ActorId, Client, Measurement, Pose, SensorBundle, SensorSpec, camera, clock, wire::output,
+    ActorId, Client, Measurement, Pose, SensorBundle, clock,
+    wire::{SensorSpec, camera, output},
 };
 
 use crate::{

@@ -4,7 +4,10 @@
 use std::{f32::consts::FRAC_PI_2, time::Duration};
 
 use anyhow::anyhow;
-use client_lib::{ActorId, Client, Pose, camera, clock, wire::output};
+use client_lib::{
+    ActorId, Client, Pose, clock,
+    wire::{camera, output},
+};
 use glam::Vec3;
 
 use crate::{

@@ -9,7 +9,7 @@
 use std::{thread::sleep, time::Duration};
 
 use omnibus_client_lib::{
-    Client, ClientError, Frame, Outputs, Pace, Pose, Spawn, camera,
+    CameraOutputs, Client, ClientError, Frame, Pace, Pose, Sensor, Spawn,
     glam::{Quat, Vec3},
 };
 
@@ -30,9 +30,9 @@ pub(crate) fn run(instance: Option<&str>) -> Result<(), ClientError> {
     let place = client.spawn_points()?[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     let windscreen = Pose::new(Vec3::new(1.5, 0.0, 2.0), Quat::IDENTITY);
-    let eye = camera("eye", windscreen, 320, 240, 1.5, Outputs::DEPTH);
+    let eye = Sensor::camera("eye", windscreen, 320, 240, 1.5).outputs(CameraOutputs::DEPTH);
     // One image is held while the next is looked for.
-    let mut bundle = client.create_bundle("eye", car, &[eye], 2)?;
+    let mut bundle = client.create_bundle("eye", car, [eye], 2)?;
 
     let mut last: Option<Frame> = None;
     let mut missed = 0;

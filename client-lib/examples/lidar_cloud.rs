@@ -8,9 +8,8 @@
 use std::time::Duration;
 
 use omnibus_client_lib::{
-    Client, ClientError, Pose, Spawn,
+    Client, ClientError, LidarOptions, Pose, Sensor, Spawn,
     glam::{Quat, Vec3},
-    lidar,
 };
 
 fn main() {
@@ -28,8 +27,8 @@ pub(crate) fn run(instance: Option<&str>) -> Result<(), ClientError> {
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     // vehicle_from_sensor: on the roof. 32 channels between -25 and 10 degrees, 360 columns.
     let roof = Pose::new(Vec3::new(0.0, 0.0, 2.0), Quat::IDENTITY);
-    let spec = lidar("roof", roof, 32, 360, [-0.436, 0.175], 80.0);
-    let mut bundle = client.create_bundle("roof", car, &[spec], 1)?;
+    let lidar = Sensor::lidar("roof", roof, LidarOptions::new(32, 360, [-0.436, 0.175], 80.0));
+    let mut bundle = client.create_bundle("roof", car, [lidar], 1)?;
     for _ in 0..10 {
         let (frame, mut measured) = client.tick_and_collect(&mut [&mut bundle])?;
         let Some(measurement) = measured.pop().flatten() else { continue };

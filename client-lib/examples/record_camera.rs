@@ -10,7 +10,7 @@
 use std::{env, fs::File, path::Path, time::Duration};
 
 use omnibus_client_lib::{
-    Client, Image, Outputs, Pose, Spawn, camera,
+    Client, Image, Pose, Sensor, Spawn,
     glam::{Quat, Vec3},
 };
 
@@ -37,10 +37,10 @@ pub(crate) fn run(instance: Option<&str>, folder: &Path) -> Result<(), AnyError>
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot())?;
     // Behind the car and above it, looking down a little: vehicle_from_sensor.
     let behind = Pose::new(Vec3::new(-7.0, 0.0, 3.5), Quat::from_rotation_y(0.22));
-    let mut follower = camera("follower", behind, 800, 600, 1.4, Outputs::COLOR);
-    // It rests in between, so that images that are not saved cost nothing.
-    follower.period_nanos = FRAMES_BETWEEN * DELTA.as_nanos() as u64;
-    let mut bundle = client.create_bundle("follower", car, &[follower], 1)?;
+    // It measures only the images that are saved: the frames in between cost nothing.
+    let follower =
+        Sensor::camera("follower", behind, 800, 600, 1.4).period(DELTA * FRAMES_BETWEEN as u32);
+    let mut bundle = client.create_bundle("follower", car, [follower], 1)?;
 
     for _ in 0..IMAGES * FRAMES_BETWEEN {
         let (frame, mut measured) = client.tick_and_collect(&mut [&mut bundle])?;

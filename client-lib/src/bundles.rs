@@ -8,20 +8,22 @@ use crate::{Client, ClientError, SensorBundle};
 
 impl Client {
     /// Mounts sensors on an actor, or in the world (`ActorId::NONE`), as one bundle: measured
-    /// together, delivered together. `max_borrowed` measurements may be held at a time, 1 to 8.
+    /// together, delivered together. Sensors are [`Sensor`](crate::Sensor)s, or records of
+    /// [`wire`](crate::wire); measurements name them by their index. `max_borrowed` measurements may be held at a time, 1 to 8.
     ///
     /// # Errors
     ///
     /// [`ClientError::Refused`] if the actor does not exist, a sensor is not possible, or shared
     /// memory has no room.
-    pub fn create_bundle(
+    pub fn create_bundle<S: Into<SensorSpec>>(
         &mut self,
         name: &str,
         parent: ActorId,
-        sensors: &[SensorSpec],
+        sensors: impl IntoIterator<Item = S>,
         max_borrowed: u32,
     ) -> Result<SensorBundle, ClientError> {
-        let commands = bundle_commands(name, parent, sensors, max_borrowed);
+        let sensors: Vec<SensorSpec> = sensors.into_iter().map(S::into).collect();
+        let commands = bundle_commands(name, parent, &sensors, max_borrowed);
         let id = BundleId(self.request("bundle", &commands)?[0]);
         self.open_bundle(id, sensors)
     }
@@ -32,15 +34,16 @@ impl Client {
     /// # Errors
     ///
     /// [`ClientError::Bus`] if the bundle does not exist.
-    pub fn open_bundle(
+    pub fn open_bundle<S: Into<SensorSpec>>(
         &self,
         id: BundleId,
-        sensors: &[SensorSpec],
+        sensors: impl IntoIterator<Item = S>,
     ) -> Result<SensorBundle, ClientError> {
         let connection = self.connection();
         let reader = connection.bundles.open(id)?;
         let owner = Arc::downgrade(connection);
-        Ok(SensorBundle::new(id, self.episode(), sensors.into(), reader, owner))
+        let sensors = sensors.into_iter().map(S::into).collect();
+        Ok(SensorBundle::new(id, self.episode(), sensors, reader, owner))
     }
 
     /// Destroys a bundle and waits until that was carried out. Dropping it destroys it, too,
@@ -53,7 +56,8 @@ impl Client {
         self.request_one("bundle", Command::DestroyBundle(bundle.release())).map(drop)
     }
 
-    /// Sends a text by radio with the next frame, from a [`message`](crate::message) sensor of a bundle; at most
+    /// Sends a text by radio with the next frame, from a
+    /// [`Sensor::v2x_messages`](crate::Sensor::v2x_messages) sensor of a bundle; at most
     /// [`TEXT_BYTES`] bytes.
     ///
     /// # Errors
@@ -78,13 +82,15 @@ impl Client {
     }
 }
 
-/// Returns the commands that create a bundle: see [`Client::create_bundle`].
-pub fn bundle_commands(
+/// Returns the commands that create a bundle, in the protocol's layout: see [`Client::create_bundle`].
+#[must_use]
+pub fn bundle_commands<S: Into<SensorSpec>>(
     name: &str,
     parent: ActorId,
-    sensors: &[SensorSpec],
+    sensors: impl IntoIterator<Item = S>,
     max_borrowed: u32,
 ) -> Vec<Command> {
+    let sensors: Vec<SensorSpec> = sensors.into_iter().map(S::into).collect();
     let bundle = CreateBundle {
         parent,
         sensor_count: sensors.len() as u32,
@@ -92,6 +98,6 @@ pub fn bundle_commands(
         reserved: 0,
         name: Name::new(name),
     };
-    let sensors = sensors.iter().map(|sensor| Command::Sensor(*sensor));
+    let sensors = sensors.into_iter().map(Command::Sensor);
     std::iter::once(Command::CreateBundle(bundle)).chain(sensors).collect()
 }

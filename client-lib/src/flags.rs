@@ -138,30 +138,42 @@ bitflags! {
         const WALLS = layer::WALLS;
     }
 
-    /// Outputs of a camera or lidar.
+    /// Images that a camera gives.
     #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-    pub struct Outputs: u32 {
-        /// Camera: sRGB, 4 bytes a pixel.
+    pub struct CameraOutputs: u32 {
+        /// Red, green, blue, 255; sRGB, 4 bytes a pixel.
         const COLOR = output::COLOR;
-        /// Camera: metres along the optical axis, f32.
+        /// Metres along the optical axis, f32.
         const DEPTH = output::DEPTH;
-        /// Camera: CARLA's semantic tag, u8.
+        /// CARLA's semantic tag, u8.
         const TAG = output::TAG;
-        /// Camera: actor id, or static object id with the top bit set, u32.
+        /// Actor id, or static object id with the top bit set, u32.
         const INSTANCE = output::INSTANCE;
-        /// Camera: surface normal in sensor space, 3 f32.
+        /// Unit normal of the surface in sensor space, 3 f32.
         const NORMAL = output::NORMAL;
-        /// Camera: motion in the image since the frame before, 2 f32, pixels.
+        /// Motion in the image since the frame before, 2 f32, pixels to the right and down.
         const FLOW = output::FLOW;
-        /// Lidar: x, y, z in sensor space and intensity, 4 f32.
+    }
+
+    /// What a lidar gives for each ray.
+    #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+    pub struct LidarOutputs: u32 {
+        /// x, y, z in sensor space in metres, and the
+        /// [`PointAttribute`](crate::PointAttribute), 4 f32.
         const POINTS = output::POINTS;
-        /// Lidar: instance and tag, 2 u32.
+        /// Instance and tag, 2 u32.
         const LABELS = output::LABELS;
     }
 }
 
-impl From<Outputs> for u32 {
-    fn from(outputs: Outputs) -> u32 {
+impl From<CameraOutputs> for u32 {
+    fn from(outputs: CameraOutputs) -> u32 {
+        outputs.bits()
+    }
+}
+
+impl From<LidarOutputs> for u32 {
+    fn from(outputs: LidarOutputs) -> u32 {
         outputs.bits()
     }
 }

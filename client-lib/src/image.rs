@@ -88,7 +88,8 @@ pub struct PointCloud<'a> {
     pub first_azimuth_rad: f32,
     /// The lidar's pose at the measured frame.
     pub world_from_sensor: Pose,
-    /// x, y, z in sensor space (metres) and intensity 0 to 1 of each ray, column by column and in
+    /// x, y, z in sensor space (metres) and the [`PointAttribute`](crate::PointAttribute) (0 to 1;
+    /// the intensity by default) of each ray, column by column and in
     /// each column from the highest channel down; all zeros where nothing was hit.
     pub points: &'a [[f32; 4]],
     /// Instance and semantic tag of each ray; empty if labels were not requested.
@@ -96,7 +97,8 @@ pub struct PointCloud<'a> {
 }
 
 impl<'a> PointCloud<'a> {
-    /// The points that were hit, in sensor space, with their intensity.
+    /// The points that were hit, in sensor space (metres), with their
+    /// [`PointAttribute`](crate::PointAttribute), 0 to 1.
     pub fn hits(&self) -> impl Iterator<Item = (Vec3, f32)> + use<'a> {
         let points = self.points.iter().filter(|point| **point != [0.0; 4]);
         points.map(|[x, y, z, intensity]| (Vec3::new(*x, *y, *z), *intensity))

@@ -46,19 +46,25 @@ mod inbox;
 mod map_objects;
 mod measurement;
 mod observer;
+mod options;
 mod outcome;
 mod pending_tick;
 mod queries;
 mod rays;
+mod readings;
 mod recorder;
+mod sensor;
 mod sensor_bundle;
-mod sensors;
+mod sensor_kind;
+mod sensor_options;
 mod settings;
 mod static_world;
 mod street_lights;
 mod ticket;
 mod traffic;
 mod traffic_param;
+mod v2x_options;
+mod v2x_readings;
 mod vehicle_physics;
 mod vehicles;
 mod visibility;
@@ -84,7 +90,9 @@ pub use event_camera::{EventCamera, EventCameraSpec, PixelEvent};
 pub use event_fd::EventFd;
 pub use events::Event;
 pub use file::{Profile, Replay, saved_folder, saved_path};
-pub use flags::{ActorFlags, ActorKind, Doors, Layers, LightPhase, Outputs, VehicleLights};
+pub use flags::{
+    ActorFlags, ActorKind, CameraOutputs, Doors, Layers, LidarOutputs, LightPhase, VehicleLights,
+};
 pub use glam;
 pub use image::{Image, Intrinsics, PointCloud};
 pub use measurement::Measurement;
@@ -95,24 +103,31 @@ pub use pending_tick::PendingTick;
 /// Plain records of numbers and ids, the same in this interface and in the protocol.
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
-    CamReading, CamSpec, CollisionReading, Curve, DEPTH_FAR_M, Frame, Gear, GnssReading, GnssSpec,
-    ImuReading, ImuSpec, LaneInvasionReading, MessageReading, MessageSpec, ObstacleReading,
-    ObstacleSpec, OdometryReading, OdometrySpec, Pose, RadioSpec, Refusal, RefusalCode,
-    SHAPE_TEXT_BYTES, SHAPES_MAX, SensorSpec, TEXT_BYTES, VehicleBody, VehicleEngine,
-    VehicleGearbox, VehiclePhysics, VehicleSteering, VehicleTelemetry, VehicleWheel, Weather,
-    WheelTelemetry, geodesy, radio,
+    Curve, DEPTH_FAR_M, Frame, Gear, Pose, Refusal, RefusalCode, SHAPE_TEXT_BYTES, SHAPES_MAX,
+    TEXT_BYTES, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
+    VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
 };
 pub use queries::Queries;
 pub use rays::{RayGrid, RayHit};
+pub use readings::{
+    Collision, Corner, DetectedObject, Gnss, Imu, LaneInvasion, LaneSide, Obstacle, Odometry,
+};
 pub use road;
+pub use sensor::Sensor;
 pub use sensor_bundle::SensorBundle;
-pub use sensors::{
-    cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle, odometry,
+pub use sensor_kind::SensorKind;
+pub use sensor_options::{
+    CameraOptions, Geodesy, GnssOptions, ImuOptions, LidarOptions, ObstacleOptions,
+    OdometryOptions, PointAttribute,
 };
 pub use settings::{Pace, Settings};
 pub use static_world::{MapObject, StreetLight};
 pub use street_lights::StreetLightCommand;
 pub use ticket::Ticket;
 pub use traffic_param::{RouteStep, TrafficParam};
+pub use v2x_options::{V2xAwarenessOptions, V2xRadioFlags, V2xRadioOptions, V2xScenario};
+pub use v2x_readings::{
+    V2xAwarenessMessage, V2xLowFrequency, V2xStationType, V2xTextMessage, V2xVehicleRole,
+};
 pub use visibility::hide_objects;
 pub use world::World;

@@ -3,11 +3,7 @@
 use std::{sync::Arc, time::Duration};
 
 use bus::BundleSample;
-use protocol::{
-    BundleHeader, CamReading, CollisionReading, Frame, GnssReading, ImuReading,
-    LaneInvasionReading, MessageReading, ObstacleReading, OdometryReading, Plane, Reading,
-    SensorSpec, output,
-};
+use protocol::{ActorId, BundleHeader, Frame, Plane, Pose, Reading, SensorSpec, output};
 
 /// All that a bundle measured at one frame, in the renderer's own memory. It stays valid until this
 /// is dropped; at most the bundle's `max_borrowed` measurements can be held. `Send` and `Sync`.
@@ -24,8 +20,9 @@ impl Measurement {
         Measurement { bundle, sensors }
     }
 
-    /// Returns the header in the protocol's layout: frame, tracer and times. See also
-    /// [`Measurement::frame`] and [`Measurement::sim_time`].
+    /// Returns the header in the protocol's layout: frame, tracer and times. The typed way is
+    /// [`Measurement::frame`], [`Measurement::sim_time`], [`Measurement::episode`],
+    /// [`Measurement::state_hash`], [`Measurement::parent`] and [`Measurement::world_from_parent`].
     #[must_use]
     pub fn header(&self) -> &BundleHeader {
         self.bundle.header()
@@ -47,27 +44,64 @@ impl Measurement {
         self.header().stamp.frame
     }
 
+    /// Returns the number of the world that was measured, from 1.
+    #[must_use]
+    pub fn episode(&self) -> u32 {
+        self.header().stamp.episode
+    }
+
+    /// Returns the state hash of the measured snapshot: [`World::state_hash`](crate::World::state_hash)
+    /// at this frame.
+    #[must_use]
+    pub fn state_hash(&self) -> u64 {
+        self.header().state_hash
+    }
+
+    /// Returns the actor that carries the bundle; `None` if the bundle is fixed in the world.
+    #[must_use]
+    pub fn parent(&self) -> Option<ActorId> {
+        Some(self.header().parent).filter(|parent| *parent != ActorId::NONE)
+    }
+
+    /// Returns the pose of the bundle's parent in world space at the measured frame.
+    #[must_use]
+    pub fn world_from_parent(&self) -> Pose {
+        self.header().world_from_parent
+    }
+
+    /// Returns the pose of a sensor in world space at the measured frame; `None` if the sensor did
+    /// not measure.
+    #[must_use]
+    pub fn world_from_sensor(&self, sensor: usize) -> Option<Pose> {
+        let plane = self.planes().iter().find(|plane| plane.sensor as usize == sensor);
+        plane.map(|plane| plane.world_from_sensor)
+    }
+
     /// Returns the whole payload.
     #[must_use]
     pub fn bytes(&self) -> &[u8] {
         bytemuck::cast_slice(self.bundle.payload())
     }
 
-    /// Returns the position of each output in the payload, in the protocol's layout.
+    /// Returns the position of each output in the payload, in the protocol's layout. The typed way
+    /// is [`Measurement::color_image`] and its siblings, [`Measurement::point_cloud`], and
+    /// [`Measurement::world_from_sensor`].
     #[must_use]
     pub fn planes(&self) -> &[Plane] {
         let len = self.header().plane_count as usize * size_of::<Plane>();
         bytemuck::cast_slice(&self.bytes()[..len])
     }
 
-    /// Returns the position of one output of one sensor, in the protocol's layout.
+    /// Returns the position of one output of one sensor, in the protocol's layout: see
+    /// [`Measurement::planes`].
     #[must_use]
     pub fn plane(&self, sensor: usize, output: u32) -> Option<&Plane> {
         self.planes().iter().find(|p| p.sensor as usize == sensor && p.output == output)
     }
 
     /// Returns the bytes of one output: of a camera row by row from the top left, of a lidar column by
-    /// column.
+    /// column. The typed way is the method of the output, as [`Measurement::color`] and
+    /// [`Measurement::points`].
     #[must_use]
     pub fn data(&self, sensor: usize, output: u32) -> Option<&[u8]> {
         let plane = self.plane(sensor, output)?;
@@ -112,7 +146,8 @@ impl Measurement {
         self.data(sensor, output::FLOW).map(bytemuck::cast_slice)
     }
 
-    /// Returns x, y, z in sensor space (metres) and intensity of each ray; zeros where nothing is hit.
+    /// Returns x, y, z in sensor space (metres) and the [`PointAttribute`](crate::PointAttribute) of
+    /// each ray; zeros where nothing is hit.
     #[must_use]
     pub fn points(&self, sensor: usize) -> Option<&[[f32; 4]]> {
         self.data(sensor, output::POINTS).map(bytemuck::cast_slice)
@@ -124,55 +159,8 @@ impl Measurement {
         self.data(sensor, output::LABELS).map(bytemuck::cast_slice)
     }
 
-    /// Returns the reading of an inertial measurement unit.
-    #[must_use]
-    pub fn imu(&self, sensor: usize) -> Option<&ImuReading> {
-        self.readings(sensor).first()
-    }
-
-    /// Returns the reading of a GNSS receiver.
-    #[must_use]
-    pub fn gnss(&self, sensor: usize) -> Option<&GnssReading> {
-        self.readings(sensor).first()
-    }
-
-    /// Returns the reading of a speedometer and odometer.
-    #[must_use]
-    pub fn odometry(&self, sensor: usize) -> Option<&OdometryReading> {
-        self.readings(sensor).first()
-    }
-
-    /// Returns the contacts of the carrier during this frame.
-    #[must_use]
-    pub fn collisions(&self, sensor: usize) -> &[CollisionReading] {
-        self.readings(sensor)
-    }
-
-    /// Returns the lane markings that the carrier crossed during this frame.
-    #[must_use]
-    pub fn lane_invasions(&self, sensor: usize) -> &[LaneInvasionReading] {
-        self.readings(sensor)
-    }
-
-    /// Returns the nearest obstacle ahead; `None` if there is none in range.
-    #[must_use]
-    pub fn obstacle(&self, sensor: usize) -> Option<&ObstacleReading> {
-        self.readings(sensor).first()
-    }
-
-    /// Returns the cooperative awareness messages that were received in this frame.
-    #[must_use]
-    pub fn cams(&self, sensor: usize) -> &[CamReading] {
-        self.readings(sensor)
-    }
-
-    /// Returns the texts that were received in this frame.
-    #[must_use]
-    pub fn messages(&self, sensor: usize) -> &[MessageReading] {
-        self.readings(sensor)
-    }
-
-    /// Returns the readings of one physics sensor.
+    /// Returns the readings of one physics sensor in the protocol's layout. The typed way is the
+    /// method of the sensor's kind, as [`Measurement::imu`] and [`Measurement::collisions`].
     #[must_use]
     pub fn readings<T: Reading>(&self, sensor: usize) -> &[T] {
         self.data(sensor, T::OUTPUT).map(bytemuck::cast_slice).unwrap_or_default()

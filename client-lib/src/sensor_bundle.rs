@@ -54,7 +54,7 @@ impl SensorBundle {
         self.id
     }
 
-    /// Returns the sensors, in the order of their indices.
+    /// Returns the sensors in the protocol's layout, in the order of their indices.
     #[must_use]
     pub fn sensors(&self) -> &[SensorSpec] {
         &self.sensors

@@ -30,6 +30,12 @@ impl World {
         Duration::from_nanos(self.header().stamp.sim_time_nanos)
     }
 
+    /// The number of the world, from 1: loading a world raises it.
+    #[must_use]
+    pub fn episode(&self) -> u32 {
+        self.header().stamp.episode
+    }
+
     /// A hash of everything that decides the future: two worlds with the same hash go on alike.
     #[must_use]
     pub fn state_hash(&self) -> u64 {
@@ -54,19 +60,21 @@ impl World {
         self.state(id).map(Actor::wrap_ref)
     }
 
-    /// The header in the protocol's layout: stage clocks and counts.
+    /// The header in the protocol's layout: stage clocks and counts. The typed way is
+    /// [`World::frame`], [`World::sim_time`], [`World::episode`], [`World::state_hash`] and
+    /// [`World::published_nanos`].
     #[must_use]
     pub fn header(&self) -> &SnapshotHeader {
         self.snapshot.header()
     }
 
-    /// Every actor in the protocol's layout, sorted by id.
+    /// Every actor in the protocol's layout, sorted by id. The typed way is [`World::actors`].
     #[must_use]
     pub fn states(&self) -> &[ActorState] {
         self.snapshot.actors()
     }
 
-    /// One actor in the protocol's layout.
+    /// One actor in the protocol's layout. The typed way is [`World::actor`].
     #[must_use]
     pub fn state(&self, id: ActorId) -> Option<&ActorState> {
         let states = self.states();

@@ -4,7 +4,7 @@
 use std::f32::consts::PI;
 
 use bus::Role;
-use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, Spawn, bone, camera};
+use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, Spawn, bone, wire::camera};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use protocol::{BONES, flag, output};

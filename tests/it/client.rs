@@ -2,7 +2,10 @@
 
 use std::{sync::Arc, time::Duration};
 
-use client_lib::{Client, ClientError, Deadlines, Pose, SensorBundle, camera, wire::Settings};
+use client_lib::{
+    Client, ClientError, Deadlines, Pose, SensorBundle,
+    wire::{Settings, camera},
+};
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 use rustix::process::Signal;

@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use bus::Role;
-use client_lib::{Client, Pose, SensorBundle, Spawn, camera};
+use client_lib::{Client, Pose, SensorBundle, Spawn, wire::camera};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use protocol::{ActorId, output};

@@ -1,7 +1,7 @@
 //! Debug drawings: cameras show them in place for their lifetime, also after a stage died.
 
 use bus::Role;
-use client_lib::{ActorId, Client, Draw, Measurement, Pose, SensorBundle, camera};
+use client_lib::{ActorId, Client, Draw, Measurement, Pose, SensorBundle, wire::camera};
 use glam::{Vec3, vec3};
 use protocol::output;
 use rustix::process::Signal;

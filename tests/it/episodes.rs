@@ -5,8 +5,8 @@ use std::{fs, path::Path, sync::atomic::AtomicBool, sync::atomic::Ordering};
 
 use bus::Role;
 use client_lib::{
-    Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather, camera,
-    wire::{kind, layer},
+    Client, ClientError, Pose, Profile, SensorBundle, Spawn, Weather,
+    wire::{camera, kind, layer},
 };
 use glam::{Quat, Vec3};
 use mesh::WordHash;

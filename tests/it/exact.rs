@@ -2,8 +2,8 @@
 
 use bus::Role;
 use client_lib::{
-    Client, Frame, Measurement, Pose, SensorBundle, SensorSpec, Spawn, camera, lidar,
-    wire::Settings,
+    Client, Frame, Measurement, Pose, SensorBundle, Spawn,
+    wire::{SensorSpec, Settings, camera, lidar},
 };
 use glam::{Quat, Vec2, Vec3};
 use mesh::WordHash;

@@ -2,8 +2,8 @@
 //! limbs to the bit.
 
 use client_lib::{
-    ActorId, Client, Pose, Profile, Replay, SensorBundle, Spawn, camera,
-    wire::{Command, SetVelocity, VehicleControl},
+    ActorId, Client, Pose, Profile, Replay, SensorBundle, Spawn,
+    wire::{Command, SetVelocity, VehicleControl, camera},
 };
 use glam::{Quat, Vec3};
 use mesh::WordHash;

@@ -1,7 +1,7 @@
 //! Hidden parts of the town are neither seen nor hit, from one frame on.
 
 use bus::Role;
-use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, camera};
+use client_lib::{ActorId, Client, Frame, Measurement, Pose, SensorBundle, Spawn, wire::camera};
 use glam::{Quat, Vec3, vec3};
 use mesh::WordHash;
 use protocol::{layer, output};

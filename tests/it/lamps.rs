@@ -1,7 +1,9 @@
 //! Street lights: switched on automatically at dusk, and by commands at any time.
 
 use bus::Role;
-use client_lib::{ActorId, Client, Measurement, Pose, SensorBundle, StreetLightCommand, camera};
+use client_lib::{
+    ActorId, Client, Measurement, Pose, SensorBundle, StreetLightCommand, wire::camera,
+};
 use glam::{Quat, Vec3};
 use protocol::{Weather, output};
 use rustix::process::Signal;

@@ -1,8 +1,8 @@
 //! Synchronous, pipelined and asynchronous mode, agents in lockstep, and changes during a run.
 
 use client_lib::{
-    Client, Pose, Spawn, camera,
-    wire::{Settings, VehicleControl},
+    Client, Pose, Spawn,
+    wire::{Settings, VehicleControl, camera},
 };
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};

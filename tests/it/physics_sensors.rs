@@ -1,12 +1,20 @@
 //! Physics sensors over the bus: every frame is exact, and they do not change the world.
 
+use std::time::Duration;
+
 use client_lib::{
-    ActorId, Client, GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, SensorSpec, Spawn, camera,
-    collision, gnss, imu, lane_invasion, obstacle, odometry,
-    wire::{SetVelocity, output, tracer},
+    ActorId, Client, DetectedObject, GnssOptions, ImuOptions, LaneSide, Measurement,
+    ObstacleOptions, OdometryOptions, Sensor, Spawn, V2xAwarenessOptions, V2xRadioFlags,
+    V2xRadioOptions, V2xStationType,
+    wire::{
+        CamReading, CollisionReading, GnssReading, GnssSpec, ImuReading, ImuSpec,
+        LaneInvasionReading, MessageReading, ObstacleReading, ObstacleSpec, OdometryReading,
+        OdometrySpec, SensorSpec, SetVelocity, camera, collision, gnss, imu, lane_invasion,
+        obstacle, odometry, output, tracer,
+    },
 };
 use glam::{Quat, Vec3};
-use protocol::{Command, Name, ObstacleReading, Pose};
+use protocol::{Command, Name, Pose};
 
 use crate::kit::{DELTA_NANOS, Scratch, Sim, omnibus, small_map};
 
@@ -77,13 +85,14 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
         assert!((speed - truth).abs() < 1e-4, "{speed} {truth}");
         // At the first frame of the bundle, and at every second one since.
         assert_eq!(felt.gnss(1).is_some(), tick % 2 == 0);
-        let up = felt.imu(0).unwrap().accelerometer_mps2[2];
+        let up = felt.imu(0).unwrap().accelerometer.z;
         // It stands from the drop at the spawn until it drives off.
         assert!(!(15..20).contains(&tick) || (up - 9.81).abs() < 0.3, "{up}");
-        touches += felt.collisions(3).iter().filter(|hit| hit.other == other).count();
-        if let Some(ObstacleReading { distance_m, other: seen, .. }) = felt.obstacle(5) {
-            assert_eq!(*seen, other);
-            nearest = nearest.min(*distance_m);
+        touches +=
+            felt.collisions(3).iter().filter(|hit| hit.other().actor() == Some(other)).count();
+        if let Some(seen) = felt.obstacle(5) {
+            assert_eq!(seen.object, DetectedObject::Actor(other));
+            nearest = nearest.min(seen.distance_m);
         }
         let planes = felt.planes().iter();
         said.push(
@@ -104,6 +113,157 @@ fn physics_sensors_change_no_bit_of_the_state_and_are_reproducible() {
     let (measured, said) = run(true);
     assert_eq!(alone, measured);
     assert_eq!((measured, said), run(true));
+}
+
+/// The sensors of [`sensors`], and a station of each kind, described by types.
+fn typed_sensors() -> Vec<Sensor> {
+    let mast = Pose::new(Vec3::new(0.5, 0.2, 1.5), Quat::IDENTITY);
+    let errors = ImuOptions::default().accelerometer_stddev(Vec3::splat(0.02));
+    let sweep = ObstacleOptions::default().distance_m(30.0).only_actors(true);
+    let radio = V2xRadioOptions::default().flags(V2xRadioFlags::FIXED_RATE);
+    vec![
+        Sensor::imu("imu", mast, errors).seed(7),
+        Sensor::gnss("gnss", mast, GnssOptions::default().wander_m(1.0))
+            .period(Duration::from_nanos(2 * DELTA_NANOS)),
+        Sensor::odometry("odometry", Pose::IDENTITY, OdometryOptions::default()),
+        Sensor::collision("collision"),
+        Sensor::lane_invasion("lanes"),
+        Sensor::obstacle("obstacle", mast, sweep),
+        Sensor::v2x_awareness("cam", mast, V2xAwarenessOptions::default().radio(radio)),
+        Sensor::v2x_messages("text", mast, radio),
+    ]
+}
+
+/// Compares every typed reading of `felt` with its wire record; returns the number of readings of
+/// each sensor.
+fn compare_with_wire(felt: &Measurement) -> [usize; 8] {
+    let imu = felt.readings::<ImuReading>(0).first();
+    let fix = felt.readings::<GnssReading>(1).first();
+    let odometry = felt.readings::<OdometryReading>(2).first();
+    let hits = felt.readings::<CollisionReading>(3);
+    let crossed = felt.readings::<LaneInvasionReading>(4);
+    let seen = felt.readings::<ObstacleReading>(5).first();
+    let cams = felt.readings::<CamReading>(6);
+    let texts = felt.readings::<MessageReading>(7);
+    assert_eq!(
+        felt.imu(0).map(|r| (r.accelerometer, r.gyroscope, r.compass_rad)),
+        imu.map(|r| (r.accelerometer_mps2.into(), r.gyroscope_radps.into(), r.compass_rad))
+    );
+    for (typed, wire) in felt.imu(0).iter().zip(imu) {
+        assert_eq!(typed.averaged_over, Duration::from_secs_f32(wire.over_secs));
+    }
+    assert_eq!(
+        felt.gnss(1).map(|r| [r.latitude_deg, r.longitude_deg, r.altitude_m]),
+        fix.map(|r| [r.latitude_deg, r.longitude_deg, r.altitude_m])
+    );
+    assert_eq!(
+        felt.odometry(2).map(|r| (
+            [r.speed_mps, r.wheel_speed_mps, r.yaw_rate_radps, r.steer_rad],
+            r.distance_m
+        )),
+        odometry.map(|r| (
+            [r.speed_mps, r.wheel_speed_mps, r.yaw_rate_radps, r.steer_rad],
+            r.distance_m
+        ))
+    );
+    assert_eq!(felt.collisions(3).len(), hits.len());
+    for (typed, wire) in felt.collisions(3).iter().zip(hits) {
+        assert_eq!(typed.other().actor().unwrap_or(ActorId::NONE), wire.other);
+        assert_eq!(typed.tag() as u32, wire.tag);
+        assert_eq!(typed.is_first_contact(), wire.began == 1);
+        assert_eq!(typed.impulse().to_array(), wire.impulse_ns);
+    }
+    assert_eq!(felt.lane_invasions(4).len(), crossed.len());
+    for (typed, wire) in felt.lane_invasions(4).iter().zip(crossed) {
+        assert_eq!(typed.marking() as u32, wire.kind);
+        assert_eq!(typed.color() as u32, wire.color);
+        assert_eq!(typed.permitted_change() as u32, wire.change);
+        assert_eq!(typed.corner() as u32, wire.corner);
+        assert_eq!(typed.side() == LaneSide::Left, wire.to_left == 1);
+        assert_eq!(
+            (typed.from_lane().0, typed.from_lane_id()),
+            (wire.from_lane, wire.from_lane_id)
+        );
+        assert_eq!(typed.width_m(), wire.width_m);
+    }
+    assert_eq!(
+        felt.obstacle(5).map(|r| (r.object.actor(), r.tag as u32, r.distance_m)),
+        seen.map(|r| (Some(r.other), r.tag, r.distance_m))
+    );
+    assert_eq!(felt.awareness_messages(6).len(), cams.len());
+    for (typed, wire) in felt.awareness_messages(6).iter().zip(cams) {
+        assert_eq!((typed.sender().0, typed.power_dbm()), (wire.station_id, wire.power_dbm));
+        assert_eq!((typed.station_type(), wire.station_type), (V2xStationType::PassengerCar, 5));
+        assert_eq!(typed.generation_time().as_millis(), u128::from(wire.generation_delta_ms));
+        assert_eq!(
+            [typed.latitude_deg(), typed.longitude_deg(), typed.altitude_m()],
+            [wire.latitude_deg, wire.longitude_deg, wire.altitude_m]
+        );
+        assert_eq!(
+            [typed.heading_rad(), typed.speed_mps(), typed.length_m(), typed.width_m()],
+            [wire.heading_rad, wire.speed_mps, wire.length_m, wire.width_m]
+        );
+        assert_eq!(typed.acceleration().to_array(), wire.acceleration_mps2);
+        assert_eq!(typed.yaw_rate_radps(), wire.yaw_rate_radps);
+        assert_eq!(typed.is_reversing(), wire.drive_direction == 1);
+        assert_eq!(typed.low_frequency().is_some(), wire.has_low_frequency == 1);
+    }
+    assert_eq!(felt.text_messages(7).len(), texts.len());
+    for (typed, wire) in felt.text_messages(7).iter().zip(texts) {
+        assert_eq!((typed.sender().0, typed.power_dbm()), (wire.station_id, wire.power_dbm));
+        assert_eq!(typed.text(), wire.text());
+    }
+    let header = felt.header();
+    assert_eq!((felt.state_hash(), felt.episode()), (header.state_hash, header.stamp.episode));
+    assert_eq!(
+        (felt.parent(), felt.world_from_parent()),
+        (Some(header.parent), header.world_from_parent)
+    );
+    let planes = felt.planes();
+    let pose = planes.iter().find(|plane| plane.sensor == 2).map(|plane| plane.world_from_sensor);
+    assert_eq!(felt.world_from_sensor(2), pose);
+    [
+        imu.iter().len(),
+        fix.iter().len(),
+        odometry.iter().len(),
+        hits.len(),
+        crossed.len(),
+        seen.iter().len(),
+        cams.len(),
+        texts.len(),
+    ]
+}
+
+#[test]
+fn typed_sensors_and_readings_are_those_of_the_wire() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let (hero, other) = scene(&mut client);
+    let typed = typed_sensors();
+    let mut felt = client.create_bundle("felt", hero, &typed, 2).unwrap();
+    assert_eq!(felt.sensors()[..6], sensors()[..]);
+    let stations = client.create_bundle("stations", other, typed[6..].iter(), 2).unwrap();
+    let mut readings = [0; 8];
+    for tick in 0..60 {
+        if tick == 20 {
+            go(&mut client, hero);
+            client.transmit(&stations, 1, "brake").unwrap();
+        }
+        let (_, measured) = client.tick_and_collect(&mut [&mut felt]).unwrap();
+        let measured = measured[0].as_ref().expect("the IMU measures in every frame");
+        assert_eq!(measured.episode(), client.world().episode());
+        assert_eq!(measured.state_hash(), client.world().state_hash());
+        assert!(
+            measured.text_messages(7).iter().all(|m| m.text() == "brake" && m.sender() == other)
+        );
+        let counts = compare_with_wire(measured);
+        (0..8).for_each(|sensor| readings[sensor] += counts[sensor]);
+    }
+    let [imu, gnss, odometry, collisions, _, obstacles, cams, texts] = readings;
+    assert_eq!((imu, gnss, odometry, texts), (60, 30, 60, 1), "{readings:?}");
+    assert!(collisions > 0 && obstacles > 0 && cams > 0, "{readings:?}");
+    drop((felt, stations, client));
+    sim.end();
 }
 
 #[test]

@@ -2,7 +2,10 @@
 
 use std::{fs, process::Output};
 
-use client_lib::{Pose, RefusalCode, Replay, Spawn, camera, lidar};
+use client_lib::{
+    Pose, RefusalCode, Replay, Spawn,
+    wire::{camera, lidar},
+};
 use glam::Vec3;
 use protocol::{ActorId, BundleId, Command, Settings, Teleport, output};
 

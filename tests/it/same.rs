@@ -1,6 +1,9 @@
 //! The same seed gives the same run: across process layouts, observers and process speeds.
 
-use client_lib::{Client, Pose, Spawn, camera, lidar};
+use client_lib::{
+    Client, Pose, Spawn,
+    wire::{camera, lidar},
+};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use omnibus::{BackgroundHost, WorldArgs};

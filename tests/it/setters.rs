@@ -1,7 +1,10 @@
 //! Every command with a number, with invalid numbers and unknown actors: each is refused by name,
 //! and the world goes on unchanged.
 
-use client_lib::{Client, Pose, Spawn, camera, lidar};
+use client_lib::{
+    Client, Pose, Spawn,
+    wire::{camera, lidar},
+};
 use glam::{Quat, Vec3};
 use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, Command, Curve, Gear,

@@ -1,7 +1,10 @@
 //! Worlds are created and destroyed for a long time; memory does not grow.
 
 use bus::Role;
-use client_lib::{Client, Pose, SensorBundle, Spawn, camera, wire::output};
+use client_lib::{
+    Client, Pose, SensorBundle, Spawn,
+    wire::{camera, output},
+};
 use glam::vec3;
 
 use crate::kit::{Sim, is_soak, resident_bytes};

@@ -1,4 +1,4 @@
-//! Sensors that can be put into a bundle.
+//! Records of sensors in the protocol's layout; [`Sensor`](crate::Sensor) is the typed way.
 
 use protocol::{
     CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, MessageSpec, Name, ObstacleSpec,
@@ -6,7 +6,7 @@ use protocol::{
 };
 
 /// A pinhole camera at `parent_from_sensor`, `width` × `height` pixels, with a horizontal field of
-/// view of `fov_rad`; `outputs` are [`Outputs`](crate::Outputs).
+/// view of `fov_rad`; `outputs` are bits of [`output`].
 #[must_use]
 pub fn camera(
     name: &str,

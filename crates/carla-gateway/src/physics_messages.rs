@@ -1,6 +1,9 @@
 //! Measurements of physics sensors as CARLA's messages.
 
-use client_lib::{BlueprintInfo, Measurement, World};
+use client_lib::{
+    BlueprintInfo, Measurement, World,
+    wire::{CollisionReading, GnssReading, ImuReading, ObstacleReading},
+};
 
 use crate::{
     msgpack::Pack,
@@ -35,7 +38,7 @@ pub(crate) fn messages_of(
     let mut body = Pack::new();
     match sensor.kind {
         Kind::Imu => {
-            let Some(imu) = measured.imu(0) else { return Vec::new() };
+            let Some(imu) = measured.readings::<ImuReading>(0).first() else { return Vec::new() };
             body.list(3)
                 .vector(flip(imu.accelerometer_mps2))
                 .vector(flip_turn(imu.gyroscope_radps))
@@ -43,14 +46,14 @@ pub(crate) fn messages_of(
             vec![wrap(&body)]
         }
         Kind::Gnss => {
-            let Some(fix) = measured.gnss(0) else { return Vec::new() };
+            let Some(fix) = measured.readings::<GnssReading>(0).first() else { return Vec::new() };
             body.list(3).f64(fix.latitude_deg).f64(fix.longitude_deg).f64(fix.altitude_m);
             vec![wrap(&body)]
         }
         Kind::Collision => {
             let mut messages = Vec::new();
             let own = actors.actor(carrier, world, blueprints).cloned();
-            for hit in measured.collisions(0) {
+            for hit in measured.readings::<CollisionReading>(0) {
                 let Some(own) = &own else { break };
                 let other = other(hit.other.0, hit.tag, actors, world, blueprints);
                 let mut body = Pack::new();
@@ -63,7 +66,9 @@ pub(crate) fn messages_of(
             messages
         }
         Kind::Obstacle => {
-            let Some(seen) = measured.obstacle(0) else { return Vec::new() };
+            let Some(seen) = measured.readings::<ObstacleReading>(0).first() else {
+                return Vec::new();
+            };
             let Some(own) = actors.actor(carrier, world, blueprints).cloned() else {
                 return Vec::new();
             };
@@ -75,11 +80,11 @@ pub(crate) fn messages_of(
             vec![wrap(&body)]
         }
         Kind::V2x => {
-            let received = measured.cams(0);
+            let received = measured.readings(0);
             vec![radio::cams(begin(radio::CAM_BYTES * received.len()), received).into_message()]
         }
         Kind::V2xCustom => {
-            let received = measured.messages(0);
+            let received = measured.readings(0);
             vec![radio::texts(begin(radio::TEXT_BYTES * received.len()), received).into_message()]
         }
         _ => Vec::new(),

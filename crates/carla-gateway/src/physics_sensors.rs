@@ -1,7 +1,10 @@
 //! The sensors that the host measures during physics, specified by CARLA's attributes.
 
 use client_lib::{
-    GnssSpec, ImuSpec, ObstacleSpec, Pose, SensorSpec, cam, collision, geodesy, gnss, imu, obstacle,
+    Pose,
+    wire::{
+        GnssSpec, ImuSpec, ObstacleSpec, SensorSpec, cam, collision, geodesy, gnss, imu, obstacle,
+    },
 };
 
 use crate::{
@@ -70,7 +73,7 @@ pub(crate) fn spec(
             obstacle("obstacle", pose, spec)
         }
         Kind::V2x => cam("v2x", pose, radio::cam_spec(d)?),
-        Kind::V2xCustom => client_lib::message("v2x_custom", pose, radio::text_spec(d)?),
+        Kind::V2xCustom => client_lib::wire::message("v2x_custom", pose, radio::text_spec(d)?),
         _ => return Ok(None),
     };
     let seed = number("noise_seed", 0.0)? as u64;

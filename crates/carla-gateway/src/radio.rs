@@ -1,7 +1,7 @@
 //! Radios between vehicles, in CARLA's layouts: C structs of words of eight bytes, whose C++
 //! vectors are sent as zeros.
 
-use client_lib::{CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, radio, wire::lamp};
+use client_lib::wire::{CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, lamp, radio};
 
 use crate::{
     args::RpcError,

@@ -3,8 +3,8 @@
 use std::{collections::BTreeMap, f32::consts::TAU};
 
 use client_lib::{
-    EventCamera, EventCameraSpec, Pose, SensorBundle, SensorSpec, camera, lidar,
-    wire::point_attribute,
+    EventCamera, EventCameraSpec, Pose, SensorBundle,
+    wire::{SensorSpec, camera, lidar, point_attribute},
 };
 
 use crate::{

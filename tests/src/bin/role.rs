@@ -1,6 +1,9 @@
 //! The program that the tests start: `omnibus` with its fault points armed, or a client that dies.
 
-use client_lib::{Client, ClientError, Pose, Spawn, camera, wire::output};
+use client_lib::{
+    Client, ClientError, Pose, Spawn,
+    wire::{camera, output},
+};
 use protocol::flag;
 
 fn main() -> std::process::ExitCode {

@@ -1,8 +1,8 @@
 //! Creates and destroys the sensor bundles that measure for CARLA's sensors.
 
 use client_lib::{
-    ActorId, BundleId, Client, SensorBundle, SensorSpec, TEXT_BYTES, bundle_commands,
-    wire::{Command, Transmit},
+    ActorId, BundleId, Client, SensorBundle, TEXT_BYTES, bundle_commands,
+    wire::{Command, SensorSpec, Transmit},
 };
 
 use crate::{

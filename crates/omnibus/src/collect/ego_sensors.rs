@@ -1,8 +1,11 @@
 //! The ego's physics sensors, read at every frame, kept or not.
 
 use client_lib::{
-    CollisionReading, GnssSpec, ImuSpec, LaneInvasionReading, Measurement, OdometrySpec, collision,
-    gnss, imu, lane_invasion, odometry,
+    Measurement,
+    wire::{
+        CollisionReading, GnssReading, GnssSpec, ImuReading, ImuSpec, LaneInvasionReading,
+        OdometryReading, OdometrySpec, collision, gnss, imu, lane_invasion, odometry,
+    },
 };
 use glam::{Quat, Vec3};
 use mesh::Tag;
@@ -100,9 +103,9 @@ impl EgoSensors {
     /// Returns the readings of a bundle, or `None` if it is not of [`ego_sensor_specs`].
     pub(crate) fn of(measured: &Measurement) -> Option<EgoSensors> {
         let stamp = measured.header().stamp;
-        let imu = measured.imu(IMU)?;
-        let fix = measured.gnss(GNSS)?;
-        let rolled = measured.odometry(ODOMETRY)?;
+        let imu = measured.readings::<ImuReading>(IMU).first()?;
+        let fix = measured.readings::<GnssReading>(GNSS).first()?;
+        let rolled = measured.readings::<OdometryReading>(ODOMETRY).first()?;
         Some(EgoSensors {
             frame: stamp.frame.0,
             sim_time_nanos: stamp.sim_time_nanos,
@@ -123,8 +126,8 @@ impl EgoSensors {
                 steer_rad: rolled.steer_rad,
                 distance_m: rolled.distance_m,
             },
-            collisions: measured.collisions(COLLISIONS).iter().map(touch).collect(),
-            lane_invasions: measured.lane_invasions(LANES).iter().map(crossing).collect(),
+            collisions: measured.readings(COLLISIONS).iter().map(touch).collect(),
+            lane_invasions: measured.readings(LANES).iter().map(crossing).collect(),
         })
     }
 }

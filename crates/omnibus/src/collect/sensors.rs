@@ -19,8 +19,15 @@ pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> 
     let roof = Pose::new(Vec3::new(0.0, 0.0, 2.4), glam::Quat::IDENTITY);
     let degrees = |deg: f32| deg.to_radians();
     vec![
-        client_lib::camera("front", windscreen, width_px, height_px, FRAC_PI_2, CAMERA_OUTPUTS),
-        client_lib::lidar("lidar", roof, 32, 1800, [degrees(-30.0), degrees(10.0)], 100.0),
+        client_lib::wire::camera(
+            "front",
+            windscreen,
+            width_px,
+            height_px,
+            FRAC_PI_2,
+            CAMERA_OUTPUTS,
+        ),
+        client_lib::wire::lidar("lidar", roof, 32, 1800, [degrees(-30.0), degrees(10.0)], 100.0),
     ]
 }
 
