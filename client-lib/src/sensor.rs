@@ -35,7 +35,8 @@ pub struct Sensor {
     /// Pose of the sensor in the space of its parent: the actor that carries the bundle, or the
     /// world. Metres, unit quaternion.
     pub parent_from_sensor: Pose,
-    /// Simulated time between two measurements; `None`: every frame. Collisions, lane invasions
+    /// Simulated time between two measurements, counted from the first frame of the bundle, which
+    /// is measured; `None`: every frame. Collisions, lane invasions
     /// and radio messages are reported in the frame in which they happen, whatever the period.
     pub period: Option<Duration>,
     /// Seed of the sensor's noise. The same seed gives the same noise at the same simulated time.
