@@ -232,7 +232,7 @@ impl Street {
     /// Returns the tracer of the renderer.
     fn tracer(&mut self) -> anyhow::Result<u32> {
         let sensors = [camera("look", self.poses[0], 16, 16, FRAC_PI_2, output::TAG)];
-        let mut bundle = self.client.create_bundle("look", ActorId::NONE, &sensors, 2)?;
+        let mut bundle = self.client.create_bundle("look", ActorId::NONE, sensors, 2)?;
         let (frame, measured) = self.client.tick_and_collect(&mut [&mut bundle])?;
         let Some(measured) = measured.into_iter().flatten().next() else {
             anyhow::bail!("{frame} has no image");

@@ -55,7 +55,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let both = in_turn(rounds, &sim, port, "image", effort.count(IMAGES), |client| {
         let at = Pose::level(Vec3::Z * 20.0, 0.0);
         let spec = camera("front", at, 800, 600, std::f32::consts::FRAC_PI_2, output::COLOR);
-        let mut bundle = client.create_bundle("bench", ActorId::NONE, &[spec], 2)?;
+        let mut bundle = client.create_bundle("bench", ActorId::NONE, [spec], 2)?;
         let times = timed(ticks, || {
             let (_, measured) = client.tick_and_collect(&mut [&mut bundle])?;
             ensure!(measured[0].is_some(), "a frame has no image");

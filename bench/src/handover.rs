@@ -79,7 +79,7 @@ fn polling(
     let mut tcp = [Vec::new(), Vec::new()];
     for _ in 0..effort.rounds(ROUNDS) {
         for (index, size) in SIZES.into_iter().enumerate() {
-            let mut bundle = client.create_bundle("handover", ActorId::NONE, &sensors(size), 2)?;
+            let mut bundle = client.create_bundle("handover", ActorId::NONE, sensors(size), 2)?;
             let mut round = Vec::with_capacity(IMAGES);
             for image in 0..WARM_UP + effort.count(IMAGES) {
                 let nanos = poll(&mut bundle)?;
@@ -128,7 +128,7 @@ fn woken(
     let _pinned = Pinned::to(ours)?;
     client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let size = SIZES[0];
-    let mut bundle = client.create_bundle("handover", ActorId::NONE, &sensors(size), 2)?;
+    let mut bundle = client.create_bundle("handover", ActorId::NONE, sensors(size), 2)?;
     for _ in 0..WARM_UP {
         client.tick_and_collect(&mut [&mut bundle])?;
     }

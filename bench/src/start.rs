@@ -65,7 +65,7 @@ fn changes(rounds: usize) -> anyhow::Result<[Vec<u64>; 2]> {
     for round in 0..2 * rounds {
         let at = Pose::level(Vec3::Z * 20.0, 0.0);
         let sensors = [camera("front", at, 64, 64, FRAC_PI_2, output::COLOR)];
-        let mut bundle = client.create_bundle("change", ActorId::NONE, &sensors, 2)?;
+        let mut bundle = client.create_bundle("change", ActorId::NONE, sensors, 2)?;
         client.tick_and_collect(&mut [&mut bundle])?;
         let is_same = round % 2;
         let map = ["Town01", "Town02"][round / 2 % 2];
@@ -89,7 +89,7 @@ fn start() -> anyhow::Result<Start> {
     client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
     let at = Pose::level(Vec3::Z * 20.0, 0.0);
     let sensors = [camera("front", at, 800, 600, FRAC_PI_2, output::COLOR)];
-    let mut bundle = client.create_bundle("start", ActorId::NONE, &sensors, 2)?;
+    let mut bundle = client.create_bundle("start", ActorId::NONE, sensors, 2)?;
     let (frame, measured) = client.tick_and_collect(&mut [&mut bundle])?;
     anyhow::ensure!(measured.iter().flatten().count() == 1, "{frame} has no image");
     Ok(Start { connected_nanos, image_nanos: clock::now_nanos() - begin })

@@ -78,7 +78,7 @@ fn the_control_loop_of_an_agent_allocates_nothing_of_its_own_after_warm_up() {
     let ego = client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
     let above = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
     let spec = camera("c", above, 64, 48, 1.5, CameraOutputs::COLOR | CameraOutputs::DEPTH);
-    let mut bundle = client.create_bundle("above", ActorId::NONE, &[spec], 2).unwrap();
+    let mut bundle = client.create_bundle("above", ActorId::NONE, [spec], 2).unwrap();
     // A snapshot shows the vehicle from the next frame on.
     client.tick().unwrap();
     bundle.latest().unwrap();

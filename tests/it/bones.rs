@@ -24,7 +24,7 @@ fn with_walker(client: &mut Client) -> (ActorId, SensorBundle) {
     let walker = client.spawn(Spawn::new(WALKER, place)).unwrap();
     let before = Pose::new(Vec3::new(2.5, 0.0, 1.2), Quat::from_rotation_z(PI));
     let sensors = [camera("before", before, 160, 160, 1.2, output::INSTANCE)];
-    (walker, client.create_bundle("before", walker, &sensors, 2).unwrap())
+    (walker, client.create_bundle("before", walker, sensors, 2).unwrap())
 }
 
 fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {

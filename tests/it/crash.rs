@@ -36,7 +36,7 @@ impl Judge {
         let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
         let outputs = output::DEPTH | output::INSTANCE;
         let bundle = client
-            .create_bundle("judge", car, &[camera("c", roof, 64, 48, 1.5, outputs)], 2)
+            .create_bundle("judge", car, [camera("c", roof, 64, 48, 1.5, outputs)], 2)
             .unwrap();
         Judge { client, bundle }
     }
@@ -307,7 +307,7 @@ fn a_command_between_two_frames_reaches_a_restarted_stage() {
     client.tick().unwrap();
     let at = Pose::new(Vec3::Z * 40.0, Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
-    let mut bundle = client.create_bundle("early", ActorId::NONE, &[spec], 2).unwrap();
+    let mut bundle = client.create_bundle("early", ActorId::NONE, [spec], 2).unwrap();
     let pid = sim.pid(Role::Render).unwrap();
     kill(pid, Signal::KILL);
     eventually("its successor", || sim.pid(Role::Render).is_some_and(|new| new != pid));

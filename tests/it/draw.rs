@@ -17,7 +17,7 @@ const RED: [u8; 4] = [255, 0, 0, 255];
 fn bundle(client: &mut Client) -> SensorBundle {
     let outputs = output::COLOR | output::DEPTH | output::TAG;
     let sensors = [camera("level", Pose::level(EYE, 0.0), SIZE[0], SIZE[1], FOV_RAD, outputs)];
-    client.create_bundle("level", ActorId::NONE, &sensors, 4).unwrap()
+    client.create_bundle("level", ActorId::NONE, sensors, 4).unwrap()
 }
 
 fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {

@@ -36,7 +36,7 @@ fn bundle(client: &mut Client) -> SensorBundle {
     let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let outputs = output::COLOR | output::INSTANCE;
     let sensors = [camera("above", Pose::new(Vec3::Z * 120.0, down), 96, 96, 1.4, outputs)];
-    client.create_bundle("above", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("above", ActorId::NONE, sensors, 2).unwrap()
 }
 
 /// Runs busy traffic from now on and returns states and images of every frame.

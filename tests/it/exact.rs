@@ -166,7 +166,7 @@ impl Stage {
         let settings = Settings { pipeline, ..client.wire_settings() };
         client.apply_wire_settings(settings).unwrap();
         let marker = client.spawn(Spawn::new(MARKER, place(0)).kinematic()).unwrap();
-        let bundle = client.create_bundle("square", ActorId::NONE, &sensors(), 4).unwrap();
+        let bundle = client.create_bundle("square", ActorId::NONE, sensors(), 4).unwrap();
         Stage { client, bundle, marker }
     }
 
@@ -292,7 +292,7 @@ fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
                 panic!("life {life}, {frame}: {wrong}");
             }
         }
-        let next = stage.client.create_bundle("next", ActorId::NONE, &sensors(), 4).unwrap();
+        let next = stage.client.create_bundle("next", ActorId::NONE, sensors(), 4).unwrap();
         stage.client.destroy_bundle(std::mem::replace(&mut stage.bundle, next)).unwrap();
     }
     drop(stage);
@@ -309,7 +309,7 @@ fn a_sensor_measures_at_its_first_frame_and_then_at_its_period() {
     }
     let mut slow = camera("slow", Pose::new(MIDDLE, Quat::IDENTITY), 32, 24, 1.5, output::DEPTH);
     slow.period_nanos = 4 * DELTA_NANOS;
-    let mut bundle = client.create_bundle("slow", ActorId::NONE, &[slow], 2).unwrap();
+    let mut bundle = client.create_bundle("slow", ActorId::NONE, [slow], 2).unwrap();
     let created = client.frame();
     let mut measured = Vec::new();
     for round in 0..40 {
@@ -337,7 +337,7 @@ fn noise_is_the_same_in_two_worlds_with_the_same_seeds() {
     let mut noisy = lidar("noisy", Pose::new(MIDDLE, Quat::IDENTITY), 8, 90, [-1.5, -0.5], 400.0);
     (noisy.noise_m, noisy.dropoff, noisy.seed) = (0.5, 0.2, 7);
     let measure = |client: &mut Client| {
-        let mut bundle = client.create_bundle("noisy", ActorId::NONE, &[noisy], 2).unwrap();
+        let mut bundle = client.create_bundle("noisy", ActorId::NONE, [noisy], 2).unwrap();
         let mut measured = Vec::new();
         for _ in 0..5 {
             let (_, found) = client.tick_and_collect(&mut [&mut bundle]).unwrap();

@@ -35,7 +35,7 @@ fn beside(client: &mut Client) -> SensorBundle {
     let place = client.spawn_points().unwrap()[0];
     let view = Pose::new(Vec3::new(13.0, -7.0, 1.5), Quat::from_rotation_z(1.57));
     let sensors = [camera("beside", place.then(&view), 160, 100, 1.5, output::INSTANCE)];
-    client.create_bundle("beside", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("beside", ActorId::NONE, sensors, 2).unwrap()
 }
 
 fn look(client: &mut Client, bundle: &mut SensorBundle) -> WordHash {

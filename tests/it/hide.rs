@@ -22,7 +22,7 @@ fn bundle(client: &mut Client) -> SensorBundle {
     let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
     let outputs = output::COLOR | output::TAG | output::INSTANCE;
     let sensors = [camera("above", Pose::new(Vec3::Z * 180.0, down), 320, 240, 1.4, outputs)];
-    client.create_bundle("above", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("above", ActorId::NONE, sensors, 2).unwrap()
 }
 
 fn look(client: &mut Client, bundle: &mut SensorBundle) -> (Frame, Measurement) {

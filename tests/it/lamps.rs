@@ -23,7 +23,7 @@ fn bundle(client: &mut Client, lamp: Vec3) -> SensorBundle {
     let up = Quat::from_rotation_y(-std::f32::consts::FRAC_PI_2);
     let pose = Pose::new(lamp - Vec3::Z * 2.0, up);
     let sensors = [camera("up", pose, 64, 48, 1.2, output::COLOR | output::INSTANCE)];
-    client.create_bundle("up", ActorId::NONE, &sensors, 2).unwrap()
+    client.create_bundle("up", ActorId::NONE, sensors, 2).unwrap()
 }
 
 fn look(client: &mut Client, bundle: &mut SensorBundle) -> Measurement {

@@ -12,7 +12,7 @@ use crate::kit::{DELTA_NANOS, Sim};
 fn lookout(client: &mut Client) -> client_lib::SensorBundle {
     let at = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
-    client.create_bundle("lookout", ActorId::NONE, &[spec], 4).unwrap()
+    client.create_bundle("lookout", ActorId::NONE, [spec], 4).unwrap()
 }
 
 #[test]

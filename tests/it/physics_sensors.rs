@@ -60,7 +60,7 @@ fn run(with_sensors: bool) -> (Vec<u64>, Vec<Vec<u8>>) {
     let mut client = sim.ticker();
     let (hero, other) = scene(&mut client);
     let mut bundle =
-        with_sensors.then(|| client.create_bundle("felt", hero, &sensors(), 2).unwrap());
+        with_sensors.then(|| client.create_bundle("felt", hero, sensors(), 2).unwrap());
     let (mut hashes, mut said) = (Vec::new(), Vec::new());
     let (mut touches, mut nearest) = (0, f32::MAX);
     for tick in 0..60 {
@@ -285,8 +285,8 @@ fn a_bundle_has_rendered_or_physics_sensors_and_each_number_is_checked() {
     refused(&mut client, &[SensorSpec { kind: 99, ..eye }], &["unknown sensor type 99"]);
 
     // Both at one tick; sensors are removed with their carrier.
-    let mut seen = client.create_bundle("seen", hero, &[eye], 2).unwrap();
-    let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
+    let mut seen = client.create_bundle("seen", hero, [eye], 2).unwrap();
+    let mut felt = client.create_bundle("felt", hero, sensors(), 2).unwrap();
     for _ in 0..5 {
         let (frame, both) = client.tick_and_collect(&mut [&mut seen, &mut felt]).unwrap();
         assert!(both.iter().all(|m| m.as_ref().is_some_and(|m| m.frame() == frame)));
@@ -300,7 +300,7 @@ fn a_bundle_has_rendered_or_physics_sensors_and_each_number_is_checked() {
     // A map that is loaded again has its own roads.
     client.reload_map().unwrap();
     let (hero, _) = scene(&mut client);
-    let mut felt = client.create_bundle("felt", hero, &sensors(), 2).unwrap();
+    let mut felt = client.create_bundle("felt", hero, sensors(), 2).unwrap();
     let (_, told) = client.tick_and_collect(&mut [&mut felt]).unwrap();
     assert_eq!(told[0].as_ref().unwrap().header().stamp.episode, 2);
     assert!(felt.sensors()[1].name == Name::new("gnss"));

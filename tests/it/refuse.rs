@@ -205,8 +205,8 @@ fn a_client_that_stops_reading_loses_only_its_own_frames() {
     let at = Pose::new(Vec3::Z * 60.0, glam::Quat::IDENTITY);
     let spec = camera("c", at, 64, 48, 1.5, output::DEPTH);
     let mut sleeper = sim.client("sleeper");
-    let mut asleep = sleeper.create_bundle("asleep", ActorId::NONE, &[spec], 2).unwrap();
-    let mut awake = client.create_bundle("awake", ActorId::NONE, &[spec], 2).unwrap();
+    let mut asleep = sleeper.create_bundle("asleep", ActorId::NONE, [spec], 2).unwrap();
+    let mut awake = client.create_bundle("awake", ActorId::NONE, [spec], 2).unwrap();
     // It holds as many measurements as allowed, and never returns them.
     let mut held = Vec::new();
     for _ in 0..300 {

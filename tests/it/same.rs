@@ -62,7 +62,7 @@ fn play(client: &mut Client, look: Look) -> Run {
             camera("front", roof, 96, 72, 1.5, output::DEPTH | output::TAG | output::INSTANCE),
             lidar("lidar", roof, 8, 90, [-0.4, 0.1], 60.0),
         ];
-        client.create_bundle("look", cars[0], &sensors, 4).unwrap()
+        client.create_bundle("look", cars[0], sensors, 4).unwrap()
     });
     let mut run = Run { hashes: vec![], collisions: 0, vehicles: 0, measured: vec![], first: 0 };
     for frame in 1..=FRAMES {

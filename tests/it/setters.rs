@@ -279,7 +279,7 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
             ("lower_rad", SensorSpec { lower_rad: bad, ..scan }),
             ("upper_rad", SensorSpec { upper_rad: bad, ..scan }),
         ] {
-            let made = client.create_bundle("bad", car, &[spec], 2);
+            let made = client.create_bundle("bad", car, [spec], 2);
             assert!(made.is_err(), "a sensor of {what} = {bad} was granted");
         }
     }

@@ -66,7 +66,7 @@ fn furnish(client: &mut Client) -> SensorBundle {
         .map(|place| client.spawn(Spawn::new("vehicle.tesla.model3", *place).autopilot()).unwrap())
         .collect();
     let eye = camera("eye", Pose::level(vec3(0.5, 0.0, 1.6), 0.0), 16, 16, 1.5, output::DEPTH);
-    client.create_bundle("eye", cars[0], &[eye], 2).unwrap()
+    client.create_bundle("eye", cars[0], [eye], 2).unwrap()
 }
 
 #[test]

@@ -35,7 +35,7 @@ fn client(instance: &str, ticks: u64) -> Result<(), ClientError> {
     };
     let roof = Pose::new(glam::Vec3::Z * 2.0, glam::Quat::IDENTITY);
     let spec = camera("front", roof, 64, 48, 1.5, output::DEPTH);
-    let mut bundle = client.create_bundle("mortal", car, &[spec], 2)?;
+    let mut bundle = client.create_bundle("mortal", car, [spec], 2)?;
     for _ in 0..ticks {
         let (_, measured) = client.tick_and_collect(&mut [&mut bundle])?;
         assert!(

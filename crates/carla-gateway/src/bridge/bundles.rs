@@ -103,7 +103,7 @@ impl Bundles {
             return Ok(None);
         };
         spec.outputs |= sensor.texture_outputs(streams);
-        let commands = bundle_commands(&format!("carla-{id}"), carrier, &[spec], 2);
+        let commands = bundle_commands(&format!("carla-{id}"), carrier, [spec], 2);
         Ok(Some(NewBundle { commands, spec, delta_nanos }))
     }
 
@@ -119,7 +119,7 @@ impl Bundles {
         client: &Client,
         id: u32,
     ) -> Result<(), RpcError> {
-        let bundle = client.open_bundle(bundle, &[new.spec])?;
+        let bundle = client.open_bundle(bundle, [new.spec])?;
         let proxy = episode.actors.proxies.get_mut(&id);
         // If the sensor was destroyed meanwhile, the bundle is destroyed here.
         if let Some(sensor) = proxy.and_then(|proxy| proxy.sensor.as_mut()) {

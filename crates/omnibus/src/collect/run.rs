@@ -143,7 +143,7 @@ pub(crate) fn collect(
     let bundle = client.open_bundle(BundleId(outcome.id()?), &sensors)?;
     let receipt =
         outcome.into_entry().outcome.answered::<BundleReceipt>().expect("the bundle was created");
-    let physics_sensors = client.create_bundle("ego_sensors", ego, &ego_sensor_specs(), 1)?;
+    let physics_sensors = client.create_bundle("ego_sensors", ego, ego_sensor_specs(), 1)?;
 
     // The metadata comes first: a run that is killed from here on can be resumed.
     let mut metadata = metadata::of(settings, spawned, &sensors, args.frames);
