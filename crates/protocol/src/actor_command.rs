@@ -55,7 +55,7 @@ pub struct SetTrafficLight {
 }
 
 /// Simulated time for which a fallen walker with [`crate::flag::REMOVED_AFTER_FALL`] lies before the
-/// host destroys it. CARLA's `AWalkerBase` has the same life span.
+/// host destroys it. CARLA removes the body of a dead walker after the same time.
 pub const BODY_LIFE_NANOS: u64 = 10_000_000_000;
 
 /// Parameters of [`crate::Command::SetDead`].

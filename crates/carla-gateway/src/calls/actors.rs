@@ -73,7 +73,7 @@ pub(super) fn destroy(call: &mut Call) -> Result<(), RpcError> {
     Ok(())
 }
 
-/// Lets a walker fall, whose body is removed later, or stops the engine of a vehicle. CARLA's client
+/// Lets a walker fall and removes its body later, or stops the engine of a vehicle. CARLA's client
 /// sends it for a walker that died, and waits for no response.
 pub(super) fn set_dead(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
