@@ -4,7 +4,7 @@
 //! CARLA turns by yaw about z (clockwise seen from above), pitch (nose up positive) and roll
 //! (right side down positive), in Unreal's order.
 
-use glam::{EulerRot, Quat, Vec3};
+use glam::{DQuat, EulerRot, Vec3};
 use protocol::Pose;
 
 /// A pose as CARLA writes it.
@@ -24,26 +24,34 @@ impl CarlaTransform {
     /// In our axes.
     pub fn to_pose(self) -> Pose {
         let [x, y, z] = self.location_m;
-        let turn = Quat::from_euler(
+        let radians = |degrees: f32| f64::from(degrees).to_radians();
+        let turn = DQuat::from_euler(
             EulerRot::ZYX,
-            -self.yaw_deg.to_radians(),
-            -self.pitch_deg.to_radians(),
-            self.roll_deg.to_radians(),
+            -radians(self.yaw_deg),
+            -radians(self.pitch_deg),
+            radians(self.roll_deg),
         );
-        Pose::new(Vec3::new(x, -y, z), turn)
+        Pose::new(Vec3::new(x, -y, z), turn.as_quat())
     }
 
-    /// From our axes.
+    /// From our axes. Angles are greater than −180° and at most 180°, as those of Unreal.
     pub fn from_pose(pose: &Pose) -> CarlaTransform {
         let [x, y, z] = pose.position_m;
-        let (yaw, pitch, roll) = pose.rotation().to_euler(EulerRot::ZYX);
+        let turn = pose.rotation().as_dquat().normalize();
+        let (yaw, pitch, roll) = turn.to_euler(EulerRot::ZYX);
         CarlaTransform {
             location_m: [x, -y, z],
-            pitch_deg: -pitch.to_degrees(),
-            yaw_deg: -yaw.to_degrees(),
-            roll_deg: roll.to_degrees(),
+            pitch_deg: degrees(-pitch),
+            yaw_deg: degrees(-yaw),
+            roll_deg: degrees(roll),
         }
     }
+}
+
+/// Converts an angle from −π to π to degrees: greater than −180 and at most 180, never −0.
+pub fn degrees(radians: f64) -> f32 {
+    let degrees = radians.to_degrees() as f32 + 0.0;
+    if degrees <= -180.0 { degrees + 360.0 } else { degrees }
 }
 
 #[cfg(test)]
@@ -77,5 +85,21 @@ mod tests {
         ] {
             assert!((a - b).abs() < 1e-4, "{a} is not {b}");
         }
+    }
+
+    #[test]
+    fn right_angles_are_read_as_they_were_set() {
+        for yaw_deg in [-90.0, 0.0, 45.0, 90.0, 135.0, 180.0] {
+            let back = CarlaTransform::from_pose(
+                &CarlaTransform { yaw_deg, ..CarlaTransform::default() }.to_pose(),
+            );
+            assert_eq!(back.yaw_deg, yaw_deg);
+            assert!(back.pitch_deg.is_sign_positive() && back.roll_deg.is_sign_positive());
+        }
+        let west = CarlaTransform { yaw_deg: -180.0, ..CarlaTransform::default() };
+        assert_eq!(CarlaTransform::from_pose(&west.to_pose()).yaw_deg, 180.0);
+        let down = CarlaTransform { pitch_deg: -90.0, ..CarlaTransform::default() };
+        let back = CarlaTransform::from_pose(&down.to_pose());
+        assert!((back.pitch_deg + 90.0).abs() < 0.05, "{back:?}");
     }
 }

@@ -55,6 +55,7 @@ CHECKS = [
     effects_vehicle.ackermann_control,
     effects_vehicle.forces_gravity_and_collisions,
     effects_vehicle.telemetry,
+    effects_vehicle.gears_and_yaw,
     effects_vehicle.jump_and_ragdoll,
     effects_actors.unsupported_members,
     effects_scenery.street_lights,

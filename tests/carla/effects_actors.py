@@ -76,8 +76,12 @@ def vehicle_control(c):
     works("Actor.get_acceleration", "the acceleration was forwards while the throttle was open")
     car.apply_control(carla.VehicleControl(steer=1.0))
     c.ticks(10)
-    assert car.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel) > 5.0
-    works("Vehicle.get_wheel_steer_angle", "the angle was in degrees, positive to the right")
+    place = carla.VehicleWheelLocation
+    left, right, rear = map(car.get_wheel_steer_angle,
+                            (place.FL_Wheel, place.FR_Wheel, place.BL_Wheel))
+    assert right > left + 0.5 and left > 5.0 and rear == 0.0, (left, right, rear)
+    works("Vehicle.get_wheel_steer_angle",
+          "in degrees, positive to the right; the inner wheel turned further than the outer one")
     car.destroy()
     c.world.load_map_layer(carla.MapLayer.ParkedVehicles)
 

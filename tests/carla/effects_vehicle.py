@@ -37,12 +37,13 @@ def numbers(physics):
 
 
 def same(a, b, path=""):
+    """Asserts that two lists of numbers are equal, to the last bit."""
     if isinstance(a, list):
         assert len(a) == len(b), path
         for index, (x, y) in enumerate(zip(a, b)):
             same(x, y, f"{path}[{index}]")
     else:
-        assert abs(a - b) <= 1e-4 * max(1.0, abs(a)), f"{path}: {a} differs from {b}"
+        assert a == b, f"{path}: {a} differs from {b}"
 
 
 def launch(c, change):
@@ -71,20 +72,21 @@ def physics_control(c):
         p.damping_rate_full_throttle = 0.1
         p.damping_rate_zero_throttle_clutch_engaged = 1.5
         p.damping_rate_zero_throttle_clutch_disengaged = 0.25
-        p.gear_switch_time, p.clutch_strength, p.final_ratio = 0.7, 7.0, 3.1
+        p.gear_switch_time, p.clutch_strength, p.final_ratio = 0.7, 7.3, 3.1
         p.forward_gears = [carla.GearPhysicsControl(3.0, 0.4, 0.7),
                            carla.GearPhysicsControl(1.5, 0.45, 0.75)]
         p.mass, p.drag_coefficient = p.mass * 1.5, 0.5
         p.center_of_mass = carla.Vector3D(0.1, 0.05, -0.02)
-        p.steering_curve = [carla.Vector2D(0.0, 1.0), carla.Vector2D(60.0, 0.6)]
+        p.steering_curve = [carla.Vector2D(0.0, 1.0), carla.Vector2D(20.16, 0.9),
+                            carla.Vector2D(60.1, 0.6)]
         wheels = p.wheels
         for index, wheel in enumerate(wheels):
-            wheel.tire_friction, wheel.damping_rate = 3.0 + 0.1 * index, 0.5
-            wheel.radius, wheel.max_brake_torque = wheel.radius + 1.0, 1234.0
+            wheel.tire_friction, wheel.damping_rate = 3.01 + 0.1 * index, 0.5
+            wheel.radius, wheel.max_brake_torque = wheel.radius + 1.3, 1234.5
             wheel.lat_stiff_max_load, wheel.lat_stiff_value = 3.0, 15.0
-            wheel.long_stiff_value = 5000.0
+            wheel.long_stiff_value = 5001.3
             if wheel.max_steer_angle > 0.0:
-                wheel.max_steer_angle = 45.0
+                wheel.max_steer_angle = 44.3
             else:
                 wheel.max_handbrake_torque = 2345.0
         p.wheels = wheels
@@ -99,7 +101,27 @@ def physics_control(c):
             "every number was read as it was set, and a heavy vehicle with a weak engine "
             "accelerated less; a friction of 3.5 is the blueprint's own tyre, gears shift at "
             "their ratios at half throttle, wheel positions are fixed, "
-            "`use_sweep_wheel_collision` has no effect")
+            "`use_sweep_wheel_collision` has no effect; two-wheelers have four wheels, as in CARLA: "
+            "each of theirs is a left and a right one")
+
+    bicycle = c.car("vehicle.bh.crossbike")
+    physics = bicycle.get_physics_control()
+    assert len(physics.wheels) == len(bicycle.get_telemetry_data().wheels) == 4
+    left, right, rear, _ = physics.wheels
+    assert left.max_steer_angle == right.max_steer_angle > rear.max_steer_angle == 0.0
+    bicycle.apply_physics_control(physics)
+    c.ticks(1)
+    same(numbers(physics), numbers(bicycle.get_physics_control()))
+    wheels = physics.wheels
+    for index, wheel in enumerate(wheels):
+        wheel.tire_friction, wheel.max_brake_torque = 2.1 + 0.1 * index, 40.1 + index
+    physics.wheels = wheels
+    bicycle.apply_physics_control(physics)
+    c.ticks(1)
+    same(numbers(physics), numbers(bicycle.get_physics_control()))
+    load = sum(w.tire_load for w in bicycle.get_telemetry_data().wheels)
+    near(load / (physics.mass * 9.81), 1.0, 0.05)
+    bicycle.destroy()
 
     car = c.car()
     good = numbers(car.get_physics_control())
@@ -231,6 +253,39 @@ def telemetry(c):
             "tyre loads added up to the weight, forces accelerated and turned the vehicle; "
             "normalised forces are fractions of the load")
     car.destroy()
+
+
+@check
+def gears_and_yaw(c):
+    car = c.car()
+    car.apply_control(carla.VehicleControl(throttle=0.2, manual_gear_shift=True, gear=2))
+    c.ticks(2)
+    control = car.get_control()
+    assert control.manual_gear_shift and control.gear == 2, control
+    car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(40)
+    assert not car.get_control().manual_gear_shift
+    works("VehicleControl.manual_gear_shift VehicleControl.gear",
+          "the second gear was engaged and read while it was selected")
+    place = car.get_transform()
+    car.set_simulate_physics(False)
+    for yaw in (180.0, 90.0, -90.0, 0.0):
+        place.rotation = carla.Rotation(yaw=yaw)
+        car.set_transform(place)
+        c.ticks(1)
+        assert car.get_transform().rotation.yaw == yaw, (car.get_transform(), yaw)
+    car.destroy()
+    c.ticks(1)
+    place.rotation.yaw = 180.0
+    car = c.world.spawn_actor(c.library.find("vehicle.tesla.model3"), place)
+    car.set_simulate_physics(False)
+    spectator = c.world.get_spectator()
+    spectator.set_transform(place)
+    c.ticks(2)
+    near(abs(car.get_transform().rotation.yaw), 180.0, 0.1)
+    assert spectator.get_transform().rotation.yaw == 180.0, spectator.get_transform()
+    car.destroy()
+    works("Rotation.yaw", "180 and other right angles were read as they were set")
 
 
 @check

@@ -141,7 +141,7 @@ const CALLS: &[Entry<CallFn>] = &[
     ("get_vehicle_light_state", Val, vehicles::light_state),
     ("get_vehicle_light_states", Val, vehicles::light_states),
     ("get_weather_parameters", Val, episode::weather),
-    ("get_wheel_steer_angle", Val, vehicles::wheel_angle),
+    ("get_wheel_steer_angle", Val, physics::wheel_angle),
     ("load_map_layer", Nothing, surroundings::load_layer),
     ("load_new_episode", Nothing, episode::load),
     ("open_vehicle_door", Nothing, vehicles::open_door),

@@ -17,6 +17,7 @@ pub mod carla_log;
 mod motion;
 pub mod msgpack;
 mod navigation;
+mod physics_control;
 mod physics_messages;
 mod physics_sensors;
 mod pixels;

@@ -99,7 +99,7 @@ impl StateMessage {
     fn vehicle(&mut self, actor: &ActorState, road_context: RoadContext) {
         let is = |bit: u32| u8::from(actor.has(bit));
         self.bytes.f32(actor.throttle).f32(-actor.steer).f32(actor.brake);
-        self.bytes.put([is(flag::HANDBRAKE), is(flag::REVERSE), 0]);
+        self.bytes.put([is(flag::HANDBRAKE), is(flag::REVERSE), is(flag::MANUAL_GEAR)]);
         self.bytes.put(actor.gear.to_le_bytes()).f32(road_context.speed_limit_kmh);
         let (id, phase) = road_context.light.unwrap_or((0, light::GREEN));
         self.bytes.put([light_state(phase), road_context.light.is_some().into()]).u32(id);

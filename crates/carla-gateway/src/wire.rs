@@ -1,6 +1,9 @@
 //! CARLA's structs as lists of their fields: metres, degrees, left-handed axes.
 
-use client_lib::{Pose, carla_axes::CarlaTransform};
+use client_lib::{
+    Pose,
+    carla_axes::{CarlaTransform, degrees},
+};
 use glam::Vec3;
 
 use crate::{
@@ -110,7 +113,7 @@ pub(crate) struct Bounds {
 impl Bounds {
     pub(crate) fn write(&self, out: &mut Pack) {
         out.list(4).vector(flip(self.center_m)).vector(self.half_extents_m);
-        out.vector([0.0, -self.yaw_rad.to_degrees(), 0.0]).uint(self.actor.into());
+        out.vector([0.0, degrees(f64::from(-self.yaw_rad)), 0.0]).uint(self.actor.into());
     }
 }
 

@@ -122,6 +122,8 @@ pub mod flag {
     pub const REMOVED_AFTER_FALL: u32 = 1 << 10;
     /// Vehicles: the engine has stopped for good ([`crate::Command::SetDead`]).
     pub const DEAD: u32 = 1 << 11;
+    /// Vehicles: the control selects the gear ([`super::VehicleControl::manual_gear`]).
+    pub const MANUAL_GEAR: u32 = 1 << 12;
 }
 
 /// Units of [`ActorState::phase`] in one stride of a walker.

@@ -48,6 +48,9 @@ pub struct WheelTelemetry {
     pub along_n: f32,
     /// Lateral tyre force, positive to the left.
     pub across_n: f32,
+    /// Steering angle of this wheel, positive to the left: the inner wheel of a curve turns further
+    /// than the outer one.
+    pub steer_rad: f32,
 }
 
 /// Parameters of [`crate::Command::Ackermann`].

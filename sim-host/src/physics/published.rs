@@ -56,6 +56,7 @@ impl Physics {
             let pedals = vehicle.state.control;
             set(flag::HANDBRAKE, pedals.handbrake);
             set(flag::REVERSE, pedals.reverse);
+            set(flag::MANUAL_GEAR, pedals.manual.is_some());
             state.throttle = pedals.throttle;
             state.brake = pedals.brake;
             state.steer = pedals.steer;
@@ -72,6 +73,7 @@ impl Physics {
             | flag::COLLIDING
             | flag::HANDBRAKE
             | flag::REVERSE
+            | flag::MANUAL_GEAR
             | flag::FALLEN;
         state.flags = state.flags & !OURS | flags;
     }

@@ -65,6 +65,7 @@ impl Vehicle {
             torque_nm: of(state.torque_nm),
             along_n: loaded(of(state.along_n)),
             across_n: loaded(of(state.across_n)),
+            steer_rad: heading.y.atan2(heading.x),
         })
     }
 }

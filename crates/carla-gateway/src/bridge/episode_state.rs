@@ -9,8 +9,9 @@ use client_lib::{
 use road::Network;
 
 use crate::{
-    motion::Motions, proxy_actors::ProxyActors, replay::Replayer, road_context::RoadContexts,
-    street_lights::StreetLights, traffic_lights::TrafficLights, weather::CarlaWeather,
+    motion::Motions, physics_control::PhysicsControl, proxy_actors::ProxyActors, replay::Replayer,
+    road_context::RoadContexts, street_lights::StreetLights, traffic_lights::TrafficLights,
+    weather::CarlaWeather,
 };
 
 /// Frames after a spawn by which a snapshot must show the actor.
@@ -95,13 +96,16 @@ impl RecentSpawns {
     }
 }
 
-/// Lights and doors of vehicles that clients have switched and that no snapshot shows yet.
+/// What clients have set on vehicles and no snapshot shows: lights and doors that were just
+/// switched, and physics controls in CARLA's numbers.
 #[derive(Default)]
 pub(crate) struct VehicleSwitches {
     /// By vehicle: its lights, and how many frames ago they were switched.
     lights: BTreeMap<u32, (u32, u32)>,
     /// By vehicle: its open doors, one bit each.
     doors: BTreeMap<u32, u32>,
+    /// By vehicle: the last physics control that a client has set.
+    physics: BTreeMap<u32, PhysicsControl>,
 }
 
 impl VehicleSwitches {
@@ -123,6 +127,23 @@ impl VehicleSwitches {
     /// Sets the open doors of a vehicle.
     pub(crate) fn set_doors(&mut self, id: u32, doors: u32) {
         self.doors.insert(id, doors);
+    }
+
+    /// Returns the last physics control that a client has set.
+    pub(crate) fn physics(&self, id: u32) -> Option<&PhysicsControl> {
+        self.physics.get(&id)
+    }
+
+    /// Sets the physics control of a vehicle.
+    pub(crate) fn set_physics(&mut self, id: u32, control: PhysicsControl) {
+        self.physics.insert(id, control);
+    }
+
+    /// Forgets a vehicle that was destroyed.
+    pub(crate) fn remove(&mut self, id: u32) {
+        self.lights.remove(&id);
+        self.doors.remove(&id);
+        self.physics.remove(&id);
     }
 
     /// Ages the lights by a frame and drops those older than `keep` frames.

@@ -172,6 +172,7 @@ impl LockedBridge<'_> {
         } else if !self.episode.actors.proxies.contains_key(&id) {
             return Err("unable to destroy actor: not found".into());
         }
+        self.episode.vehicles.remove(id);
         // Dropped, a sensor's bundle is destroyed.
         drop(self.episode.actors.remove(id));
         Ok(())

@@ -1,12 +1,10 @@
 //! The physics of vehicles: parameters, controllers, forces and telemetry.
 //!
-//! Numbers are CARLA's where their meaning is the same: degrees, centimetres, newton metres.
-//! CARLA's default friction, 3.5, is the friction of the blueprint's tyre. Clutch strength is the
-//! torque of the clutch at a slip of 50 rad/s.
+//! What the numbers of a `VehiclePhysicsControl` mean is in [`crate::physics_control`].
 
 use client_lib::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Curve, Gear, VehiclePhysics,
-    VehicleWheel,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, VehiclePhysics,
+    carla_axes::degrees,
     wire::{Command, Switch},
 };
 use glam::Vec3;
@@ -14,64 +12,25 @@ use glam::Vec3;
 use crate::{
     args::{Args, RpcError},
     calls::call::Call,
-    msgpack::Pack,
+    physics_control::{FRICTION, PhysicsControl, reported, wheel_of},
     proxy_actors::ProxyActors,
     shared_bridge::LockedBridge,
-    wire::{flip, flip_turn, location},
+    wire::{flip_turn, location},
 };
-
-/// CARLA's default friction.
-const FRICTION: f32 = 3.5;
-/// The slip at which clutch strength is measured. Radians per second.
-const CLUTCH_SLIP_RADPS: f32 = 50.0;
-const KMH_PER_MPS: f32 = 3.6;
 
 pub(super) fn control(call: &mut Call) -> Result<(), RpcError> {
     let id = call.args.u32()?;
     call.bridge.vehicle("get_physics_control", id)?;
     let physics = call.bridge.physics_of(id)?;
     let pose = call.bridge.actor_state(id).map(|state| state.pose).unwrap_or_default();
-    let out = &mut *call.out;
-    out.list(17);
-    write_pairs(out, physics.engine.torque.pairs(), 1.0);
-    let engine = &physics.engine;
-    out.f32(engine.max_rpm).f32(engine.inertia_kgm2).f32(engine.damping_full_nmsprad);
-    out.f32(engine.damping_geared_nmsprad).f32(engine.damping_neutral_nmsprad);
-    let gearbox = &physics.gearbox;
-    out.bool(gearbox.automatic != 0).f32(gearbox.shift_s);
-    out.f32(gearbox.clutch_nm / CLUTCH_SLIP_RADPS).f32(gearbox.final_drive);
-    out.list(gearbox.gears().len());
-    for gear in gearbox.gears() {
-        out.list(3).f32(gear.ratio).f32(gear.down).f32(gear.up);
+    // Conversions to our units round: a client reads the numbers that were set as long as they hold.
+    let given = call.bridge.episode.vehicles.physics(id);
+    let holds = |given: &&PhysicsControl| given.applied_to(&physics).is_ok_and(|p| p == physics);
+    match given.filter(holds) {
+        Some(given) => given.write(&physics, &pose, call.out),
+        None => PhysicsControl::of(&physics).write(&physics, &pose, call.out),
     }
-    let body = &physics.body;
-    out.f32(body.mass_kg).f32(body.drag_coefficient).vector(flip(body.center_of_mass_m));
-    write_pairs(out, physics.steering.share.pairs(), KMH_PER_MPS);
-    out.list(physics.wheels.len());
-    let carried_kg = mass_per_wheel_kg(&physics);
-    for wheel in &physics.wheels {
-        let at = pose.affine().transform_point3(Vec3::from_array(wheel.hub_m)) * 100.0;
-        out.list(10).f32(wheel.grip * FRICTION).f32(wheel.damping_nmsprad);
-        out.f32(wheel.steer_max_rad.to_degrees()).f32(wheel.radius_m * 100.0);
-        out.f32(wheel.brake_torque_nm).f32(wheel.handbrake_torque_nm);
-        out.f32(wheel.stiff_load).f32(wheel.stiffness_y).f32(wheel.stiffness_x * carried_kg);
-        // Centimetres, unlike all other positions of this struct.
-        out.vector(flip(at.to_array()));
-    }
-    out.bool(body.sweep != 0);
     Ok(())
-}
-
-/// Returns the mass that each wheel carries: CARLA's longitudinal stiffness is per unit of gravity.
-fn mass_per_wheel_kg(physics: &VehiclePhysics) -> f32 {
-    physics.body.mass_kg / physics.wheels.len().max(1) as f32
-}
-
-fn write_pairs(out: &mut Pack, pairs: &[[f32; 2]], scale: f32) {
-    out.list(pairs.len());
-    for [x, y] in pairs {
-        out.list(2).f32(x * scale).f32(*y);
-    }
 }
 
 pub(super) fn apply_control(call: &mut Call) -> Result<(), RpcError> {
@@ -85,17 +44,34 @@ pub(super) fn telemetry(call: &mut Call) -> Result<(), RpcError> {
     call.bridge.flush_and_wait()?;
     let (vehicle, wheels) = call.bridge.query(|queries| queries.telemetry(ActorId(id)))?;
     let out = &mut *call.out;
+    let count = reported(wheels.len());
+    // Two of CARLA's wheels share the load and the forces of one wheel of a two-wheeler.
+    let part = wheels.len() as f32 / count.max(1) as f32;
     out.list(8).f32(vehicle.speed_mps).f32(-vehicle.steer).f32(vehicle.throttle);
     out.f32(vehicle.brake).f32(vehicle.engine_rpm).int(vehicle.gear.into());
-    out.f32(vehicle.drag_n).list(wheels.len());
-    for wheel in &wheels {
+    out.f32(vehicle.drag_n).list(count);
+    for wheel in (0..count).map(|index| &wheels[wheel_of(index, wheels.len())]) {
         let per_load = |force: f32| if wheel.load_n > 0.0 { force / wheel.load_n } else { 0.0 };
         let across_n = -wheel.across_n;
         out.list(11).f32(wheel.grip * FRICTION).f32(-wheel.slip_y_rad).f32(wheel.slip_x);
-        out.f32(wheel.spin_radps).f32(wheel.load_n).f32(wheel.load_n / wheel.rest_load_n.max(1.0));
-        out.f32(wheel.torque_nm).f32(wheel.along_n).f32(across_n);
+        out.f32(wheel.spin_radps).f32(part * wheel.load_n);
+        out.f32(wheel.load_n / wheel.rest_load_n.max(1.0));
+        out.f32(part * wheel.torque_nm).f32(part * wheel.along_n).f32(part * across_n);
         out.f32(per_load(wheel.along_n)).f32(per_load(across_n));
     }
+    Ok(())
+}
+
+/// Returns the steering angle of a wheel. Degrees, positive to the right.
+pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
+    let (id, wheel) = (call.args.u32()?, call.args.u32()?);
+    let wheels = call.bridge.vehicle("get_wheel_steer_angle", id)?.wheels.len();
+    call.bridge.flush_and_wait()?;
+    let (_, all) = call.bridge.query(|queries| queries.telemetry(ActorId(id)))?;
+    // CARLA's `Front_Wheel` and `Back_Wheel` of a two-wheeler are 0 and 1.
+    let index = if wheels == 2 { wheel.min(1) } else { wheel };
+    let angle_rad = all.get(index as usize).map_or(0.0, |wheel| -wheel.steer_rad);
+    call.out.f32(degrees(angle_rad.into()));
     Ok(())
 }
 
@@ -172,17 +148,6 @@ pub(super) fn collisions(call: &mut Call) -> Result<(), RpcError> {
     call.bridge.request_one("collisions", Command::SetCollisions(switch)).map(drop)
 }
 
-fn pairs(args: &mut Args, what: &str, scale: f32) -> Result<Curve, RpcError> {
-    let mut list = args.list()?;
-    let mut pairs = Vec::new();
-    while list.len() > 0 {
-        let mut pair = list.list()?;
-        pairs.push([pair.f32()? * scale, pair.f32()?]);
-    }
-    let many = || format!("{what} has {} points; the limit is 16", pairs.len());
-    Ok(Curve::new(&pairs).ok_or_else(many)?)
-}
-
 impl LockedBridge<'_> {
     fn physics_of(&mut self, id: u32) -> Result<VehiclePhysics, RpcError> {
         self.flush_and_wait()?;
@@ -196,60 +161,15 @@ impl LockedBridge<'_> {
     /// Returns an error if a value is invalid or the number of wheels differs from the blueprint's.
     pub(crate) fn set_physics(&mut self, id: u32, args: &mut Args) -> Result<(), RpcError> {
         self.vehicle("apply_physics_control", id)?;
-        let mut physics = self.physics_of(id)?;
-        let mut f = args.list()?;
-        let engine = &mut physics.engine;
-        engine.torque = pairs(&mut f, "torque_curve", 1.0)?;
-        (engine.max_rpm, engine.inertia_kgm2) = (f.f32()?, f.f32()?);
-        engine.damping_full_nmsprad = f.f32()?;
-        engine.damping_geared_nmsprad = f.f32()?;
-        engine.damping_neutral_nmsprad = f.f32()?;
-        let gearbox = &mut physics.gearbox;
-        (gearbox.automatic, gearbox.shift_s) = (f.bool()?.into(), f.f32()?);
-        (gearbox.clutch_nm, gearbox.final_drive) = (f.f32()? * CLUTCH_SLIP_RADPS, f.f32()?);
-        let mut list = f.list()?;
-        let mut gears = Vec::new();
-        while list.len() > 0 {
-            let mut gear = list.list()?;
-            gears.push(Gear { ratio: gear.f32()?, down: gear.f32()?, up: gear.f32()? });
-        }
-        let many = || format!("there are {} forward_gears; the limit is 12", gears.len());
-        *gearbox = gearbox.with_gears(&gears).ok_or_else(many)?;
-        (physics.body.mass_kg, physics.body.drag_coefficient) = (f.f32()?, f.f32()?);
-        physics.body.center_of_mass_m = flip(f.vector()?);
-        physics.steering.share = pairs(&mut f, "steering_curve", 1.0 / KMH_PER_MPS)?;
-        let mut wheels = f.list()?;
-        let count = physics.wheels.len();
-        if wheels.len() != count {
-            return Err(format!(
-                "there are {} wheels in the physics control, but the vehicle has {count}",
-                wheels.len()
-            )
-            .into());
-        }
-        let carried_kg = mass_per_wheel_kg(&physics).max(1e-3);
-        for wheel in &mut physics.wheels {
-            let mut w = wheels.list()?;
-            *wheel = VehicleWheel {
-                grip: w.f32()? / FRICTION,
-                damping_nmsprad: w.f32()?,
-                steer_max_rad: w.f32()?.to_radians(),
-                radius_m: w.f32()? / 100.0,
-                brake_torque_nm: w.f32()?,
-                handbrake_torque_nm: w.f32()?,
-                stiff_load: w.f32()?,
-                stiffness_y: w.f32()?,
-                stiffness_x: w.f32()? / carried_kg,
-                // The position of the wheel is that of the blueprint.
-                ..*wheel
-            };
-        }
-        physics.body.sweep = f.bool()?.into();
+        let given = PhysicsControl::read(args)?;
+        let physics = given.applied_to(&self.physics_of(id)?)?;
         physics.check()?;
         let outcomes = self.request("physics control", &physics.commands(ActorId(id)))?;
         outcomes
             .iter()
-            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(RpcError::from))
+            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(RpcError::from))?;
+        self.episode.vehicles.set_physics(id, given);
+        Ok(())
     }
 
     /// Applies a `VehicleAckermannControl`, whose steering is positive to the right.

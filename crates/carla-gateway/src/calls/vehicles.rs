@@ -89,16 +89,6 @@ fn move_doors(call: &mut Call, open: bool) -> Result<(), RpcError> {
     call.bridge.request_one("doors", command).map(drop)
 }
 
-/// Returns the steering angle of a wheel. Degrees, positive to the right.
-pub(super) fn wheel_angle(call: &mut Call) -> Result<(), RpcError> {
-    let (id, wheel) = (call.args.u32()?, call.args.u32()?);
-    let blueprint = call.bridge.vehicle("get_wheel_steer_angle", id)?;
-    let is_steered = blueprint.wheels.get(wheel as usize).is_some_and(|w| w.steered);
-    let state = call.bridge.client.world().state(ActorId(id)).copied().unwrap_or_default();
-    call.out.f32(if is_steered { -state.wheel_steer_rad.to_degrees() } else { 0.0 });
-    Ok(())
-}
-
 impl LockedBridge<'_> {
     /// Returns the lights of a vehicle that are on, including those just switched.
     fn vehicle_lights(&self, id: u32) -> u32 {
