@@ -39,6 +39,20 @@ impl Spawn {
         self
     }
 
+    /// Lets a walker stand up 5 s of simulated time after it fell ([`protocol::LIE_NANOS`]), where it
+    /// lies, as soon as there is room.
+    pub fn gets_up_after_fall(mut self) -> Spawn {
+        self.0.flags |= flag::GETS_UP_AFTER_FALL;
+        self
+    }
+
+    /// Makes a kinematic prop dynamic when a moving actor touches it: it stays where it is spawned
+    /// until a vehicle pushes it aside.
+    pub fn released_on_hit(mut self) -> Spawn {
+        self.0.flags |= flag::RELEASED_ON_HIT;
+        self
+    }
+
     /// Lets the host destroy a walker 10 s of simulated time after it fell
     /// ([`protocol::BODY_LIFE_NANOS`]), as CARLA's server does.
     pub fn removed_after_fall(mut self) -> Spawn {

@@ -79,6 +79,10 @@ bitflags! {
         const REMOVED_AFTER_FALL = flag::REMOVED_AFTER_FALL;
         /// A vehicle whose engine has stopped for good.
         const DEAD = flag::DEAD;
+        /// A walker that stands up 5 s after it fell.
+        const GETS_UP_AFTER_FALL = flag::GETS_UP_AFTER_FALL;
+        /// A kinematic prop that a moving actor makes dynamic by touching it.
+        const RELEASED_ON_HIT = flag::RELEASED_ON_HIT;
     }
 
     /// Lights of a vehicle that are switched on: CARLA's `VehicleLightState`.

@@ -3,7 +3,7 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use glam::{Quat, Vec3};
-use protocol::{ActorId, Pose};
+use protocol::{ActorId, Pose, flag};
 use town::{Blueprint, Kind, Motion};
 
 use crate::physics::{DoorModel, Physics, PhysicsError, PropModel, VehicleModel, WalkerModel};
@@ -15,30 +15,32 @@ pub(crate) struct Models {
 }
 
 impl Models {
-    /// Spawns the body of a blueprint and returns its pose.
+    /// Spawns the body of a blueprint, with `flags` of the spawn command, and returns its pose.
     pub(crate) fn spawn(
         &mut self,
         physics: &mut Physics,
         id: ActorId,
         (index, blueprint): (u32, &Blueprint),
         pose: &Pose,
-        (is_kinematic, is_ragdoll_on_hit): (bool, bool),
+        flags: u32,
     ) -> Result<Pose, PhysicsError> {
         let half = blueprint.half_extents_m;
+        let has = |bit: u32| flags & bit != 0;
         match blueprint.kind {
             Kind::Vehicle => {
                 let model = self
                     .vehicles
                     .entry(index)
                     .or_insert_with(|| Arc::new(VehicleModel::of(blueprint)));
-                physics.spawn_vehicle(id, model, pose, is_kinematic)
+                physics.spawn_vehicle(id, model, pose, has(flag::KINEMATIC))
             }
             Kind::Walker => {
                 let model = WalkerModel {
                     radius_m: half.y.min(0.4 * half.z),
                     height_m: 2.0 * half.z,
                     mass_kg: blueprint.mass_kg.max(1.0),
-                    is_ragdoll_on_hit,
+                    is_ragdoll_on_hit: has(flag::RAGDOLL_ON_HIT),
+                    gets_up_after_fall: has(flag::GETS_UP_AFTER_FALL),
                 };
                 physics.spawn_walker(id, model, pose)
             }
@@ -50,9 +52,10 @@ impl Models {
                         half_extents_m: half,
                         mass_kg,
                         is_passable: blueprint.is_passable(),
+                        is_released_on_hit: has(flag::RELEASED_ON_HIT),
                     },
                     pose,
-                    is_kinematic,
+                    has(flag::KINEMATIC),
                 )
             }
         }

@@ -34,6 +34,7 @@ mod drivetrain;
 mod error;
 mod forces;
 mod ground;
+mod hits;
 mod lanes;
 mod limits;
 mod model;

@@ -319,18 +319,10 @@ impl World {
             Refusal::unknown_blueprint(format!("blueprint {name:?} is not one of the {count} blueprints (list them with omnibus blueprints)"))
         })?;
         let id = ActorId(self.last_actor + 1);
-        let is_kinematic = spawn.flags & flag::KINEMATIC != 0;
-        let is_ragdoll_on_hit = spawn.flags & flag::RAGDOLL_ON_HIT != 0;
         let kind = kind_of(blueprint)?;
         let pose = self
             .models
-            .spawn(
-                &mut self.physics,
-                id,
-                (index, blueprint),
-                &spawn.pose,
-                (is_kinematic, is_ragdoll_on_hit),
-            )
+            .spawn(&mut self.physics, id, (index, blueprint), &spawn.pose, spawn.flags)
             .map_err(|e| {
                 let place = format!("{} at {}", blueprint.id, spawn.pose.position());
                 Refusal::from(e).about(place)
@@ -344,7 +336,9 @@ impl World {
                 & (flag::AUTOPILOT
                     | flag::KINEMATIC
                     | flag::RAGDOLL_ON_HIT
-                    | flag::REMOVED_AFTER_FALL),
+                    | flag::REMOVED_AFTER_FALL
+                    | flag::GETS_UP_AFTER_FALL
+                    | flag::RELEASED_ON_HIT),
             pose,
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
@@ -379,7 +373,8 @@ impl World {
                 if command.removes_body != 0 {
                     actor.flags |= flag::REMOVED_AFTER_FALL;
                 }
-                self.physics.fall(id)?;
+                actor.flags &= !flag::GETS_UP_AFTER_FALL;
+                self.physics.fall_for_good(id)?;
             }
             kind::VEHICLE => {
                 actor.flags = actor.flags & !flag::AUTOPILOT | flag::DEAD;

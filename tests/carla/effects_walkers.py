@@ -1,4 +1,4 @@
-"""Checks of walkers: control, bones and poses."""
+"""Checks of walkers: control, bones, poses, and collisions with vehicles."""
 
 import carla
 
@@ -86,3 +86,162 @@ def walker_poses(c):
     works("Walker.get_pose_from_animation",
           "the pose of the step was held while the walker moved on")
     walker.destroy()
+
+
+def straight(c, length):
+    """Returns a spawn point before a straight road of this length, in metres."""
+    for point in c.points:
+        here = c.map.get_waypoint(point.location)
+        way = [here] + here.next_until_lane_end(2.0)
+        if here.is_junction or len(way) * 2.0 < length:
+            continue
+        turns = [abs((w.transform.rotation.yaw - here.transform.rotation.yaw + 180.0) % 360.0
+                     - 180.0) for w in way[:int(length / 2.0)]]
+        if max(turns) < 2.0:
+            return here.transform
+    raise AssertionError(f"no straight road of {length} m")
+
+
+def drive_into(c, car, speed, ticks, brake_after=None):
+    """Drives a vehicle straight ahead without pedals; returns its speeds."""
+    ahead = car.get_transform().get_forward_vector()
+    car.set_target_velocity(speed * ahead)
+    speeds = []
+    for tick in range(ticks):
+        if brake_after is not None and tick == brake_after:
+            car.apply_control(carla.VehicleControl(brake=1.0))
+        c.world.tick()
+        speeds.append(car.get_velocity().length())
+    return speeds
+
+
+def place_car(c, at):
+    at = carla.Transform(at.location + carla.Location(z=0.4), at.rotation)
+    car = c.world.spawn_actor(c.library.find("vehicle.tesla.model3"), at)
+    c.ticks(20)
+    return car
+
+
+@check
+def hit_walkers(c):
+    road = straight(c, 50.0)
+    ahead = road.get_forward_vector()
+    for invincible in ("true", "false"):
+        car = place_car(c, road)
+        blueprint = c.library.filter("walker.pedestrian.*")[0]
+        if invincible == "false":
+            blueprint.set_attribute("is_invincible", "false")
+        assert blueprint.get_attribute("is_invincible").as_bool() == (invincible == "true")
+        place = carla.Transform(road.location + 12.0 * ahead + carla.Location(z=0.5))
+        walker = c.world.spawn_actor(blueprint, place)
+        c.ticks(2)
+        stood = walker.get_location()
+        speeds = drive_into(c, car, 10.4, 40, brake_after=30)
+        # 75 kg against 1.8 t: the vehicle keeps most of its speed.
+        assert speeds[24] > 8.0, speeds
+        assert walker.get_location().distance(stood) > 3.0
+        car.destroy()
+        head = lambda: {bone.name: bone for bone in walker.get_bones().bone_transforms}[
+            "crl_Head__C"].world.location.z - stood.z
+        c.ticks(40)
+        assert head() < 0.7, head()
+        if invincible == "true":
+            c.ticks(60)
+            assert head() > 1.0, head()
+            lay = walker.get_location()
+            walker.apply_control(carla.WalkerControl(carla.Vector3D(y=1.0), 1.5))
+            c.ticks(20)
+            near(walker.get_location().distance(lay), 1.5, 0.3)
+            walker.destroy()
+        else:
+            c.ticks(120)
+            assert walker.id in {actor.id for actor in c.world.get_actors()}
+            c.ticks(20)
+            assert walker.id not in {actor.id for actor in c.world.get_actors()}
+    differs("walker.is_invincible",
+            "a walker hit by a vehicle fell as a ragdoll, and the vehicle drove on; with `true` "
+            "the walker stood up 5 s later and walked on, in CARLA it is pushed and does not "
+            "fall; with `false` its body was removed after 10 s, as in CARLA")
+
+
+@check
+def controlled_walkers_die(c):
+    """The package sets a walker of an AI controller dead that a vehicle touches."""
+    controller_blueprint = c.library.find("controller.ai.walker")
+    walker = None
+    while walker is None:
+        place = c.world.get_random_location_from_navigation()
+        walker = c.world.try_spawn_actor(c.library.filter("walker.pedestrian.*")[3],
+                                         carla.Transform(place))
+    c.ticks(1)
+    controller = c.world.spawn_actor(controller_blueprint, carla.Transform(), attach_to=walker)
+    c.ticks(1)
+    controller.start()
+    controller.go_to_location(c.world.get_random_location_from_navigation())
+    controller.set_max_speed(1.4)
+    c.ticks(20)
+    car = place_car(c, straight(c, 50.0))
+    at = walker.get_transform()
+    behind = at.location - 9.0 * at.get_forward_vector() + carla.Location(z=0.1)
+    car.set_transform(carla.Transform(behind, at.rotation))
+    # It passes through the furniture of the sidewalk, in a straight line.
+    car.set_simulate_physics(False)
+    c.ticks(1)
+    car.set_target_velocity(8.0 * at.get_forward_vector())
+    fell = None
+    for tick in range(60):
+        c.world.tick()
+        bones = {bone.name: bone for bone in walker.get_bones().bone_transforms}
+        if bones["crl_Head__C"].world.location.z - at.location.z < 0.9:
+            fell = tick
+            break
+    assert fell is not None, "the walker stands"
+    car.destroy()
+    c.ticks(170)
+    assert walker.id in {actor.id for actor in c.world.get_actors()}
+    c.ticks(35)
+    actors = {actor.id for actor in c.world.get_actors()}
+    assert walker.id not in actors and controller.id not in actors
+    works("WalkerAIController.start",
+          "a walker with a controller that a vehicle touched fell, since the package set it dead; "
+          "body and controller were removed, the body after 10 s")
+
+
+@check
+def props_on_the_road(c):
+    road = straight(c, 50.0)
+    ahead = road.get_forward_vector()
+
+    def hit(name, set_physics=None):
+        """Returns the speed of a vehicle after it met a prop, and how far the prop moved."""
+        car = place_car(c, road)
+        place = carla.Transform(road.location + 12.0 * ahead, road.rotation)
+        prop = c.world.spawn_actor(c.library.find(name), place)
+        if set_physics is not None:
+            prop.set_simulate_physics(set_physics)
+        c.ticks(2)
+        stood = prop.get_location()
+        assert stood.distance(place.location) < 0.1, (name, stood)
+        speed = drive_into(c, car, 8.0, 40)[-1]
+        moved = prop.get_location().distance(stood)
+        car.destroy()
+        prop.destroy()
+        c.ticks(1)
+        return speed, moved
+
+    for name in ("static.prop.dirtdebris01", "static.prop.dirtdebris02", "static.prop.dirtdebris03",
+                 "static.prop.plasticbag", "static.prop.trashbag"):
+        for set_physics in (None, False):
+            speed, _ = hit(name, set_physics)
+            assert speed > 7.0, (name, set_physics, speed)
+    for name in ("static.prop.trafficcone01", "static.prop.constructioncone", "static.prop.box01",
+                 "static.prop.streetbarrier", "static.prop.barrel"):
+        for set_physics in (None, False, True):
+            speed, moved = hit(name, set_physics)
+            assert speed > 6.0 and moved > 2.0, (name, set_physics, speed, moved)
+    speed, moved = hit("static.prop.vendingmachine")
+    assert speed < 4.0 and moved < 0.01, (speed, moved)
+    differs("static.prop.*",
+            "dirt debris and bags did not slow a vehicle; it pushed cones, boxes, barriers and a "
+            "barrel aside, which stay where they are spawned until then; props above 50 kg stop it "
+            "unless physics is simulated")

@@ -124,6 +124,11 @@ pub mod flag {
     pub const DEAD: u32 = 1 << 11;
     /// Vehicles: the control selects the gear ([`super::VehicleControl::manual_gear`]).
     pub const MANUAL_GEAR: u32 = 1 << 12;
+    /// Walkers: it stands up [`crate::LIE_NANOS`] after it fell. Set when it is spawned, cleared by
+    /// [`crate::Command::SetDead`].
+    pub const GETS_UP_AFTER_FALL: u32 = 1 << 13;
+    /// Kinematic props: a moving actor that touches it makes it dynamic. Set when it is spawned.
+    pub const RELEASED_ON_HIT: u32 = 1 << 14;
 }
 
 /// Units of [`ActorState::phase`] in one stride of a walker.

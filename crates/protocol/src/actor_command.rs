@@ -10,7 +10,8 @@ use crate::{ActorId, Name, Pose};
 pub struct Spawn {
     /// The blueprint's id, for example `vehicle.tesla.model3`.
     pub blueprint: Name,
-    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`, `REMOVED_AFTER_FALL`.
+    /// Bits of [`crate::flag`]: `AUTOPILOT`, `KINEMATIC`, `RAGDOLL_ON_HIT`, `REMOVED_AFTER_FALL`,
+    /// `GETS_UP_AFTER_FALL`, `RELEASED_ON_HIT`.
     pub flags: u32,
     /// `world_from_actor`. A vehicle at most 1 m above the road is placed on the road.
     pub pose: Pose,
@@ -57,6 +58,10 @@ pub struct SetTrafficLight {
 /// Simulated time for which a fallen walker with [`crate::flag::REMOVED_AFTER_FALL`] lies before the
 /// host destroys it. CARLA removes the body of a dead walker after the same time.
 pub const BODY_LIFE_NANOS: u64 = 10_000_000_000;
+
+/// Simulated time for which a fallen walker with [`crate::flag::GETS_UP_AFTER_FALL`] lies before it
+/// stands up; longer while there is no room for it to stand.
+pub const LIE_NANOS: u64 = 5_000_000_000;
 
 /// Parameters of [`crate::Command::SetDead`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]

@@ -47,8 +47,8 @@ pub use actor::{
     ACTORS_MAX, ActorId, ActorState, Pose, STRIDE, VehicleControl, flag, kind, lamp, light, parts,
 };
 pub use actor_command::{
-    Autopilot, BODY_LIFE_NANOS, SetDead, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights,
-    SetVelocity, Spawn, Teleport,
+    Autopilot, BODY_LIFE_NANOS, LIE_NANOS, SetDead, SetDoors, SetPhysics, SetTrafficLight,
+    SetVehicleLights, SetVelocity, Spawn, Teleport,
 };
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
 pub use bundle_receipt::BundleReceipt;

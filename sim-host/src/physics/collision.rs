@@ -19,6 +19,17 @@ pub struct Collision {
     pub began: bool,
 }
 
+/// A walker that a slow actor pushes aside. The actor is kept at a distance, so that the rigid-body
+/// world does not know this contact.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Push {
+    pub walker: u32,
+    /// The actor that pushes.
+    pub by: u32,
+    /// Impulse of the walker on that actor, in world space. Newton seconds.
+    pub impulse_ns: Vec3,
+}
+
 /// A pair in contact: an actor, and an actor or a static box.
 pub(super) type Pair = (u32, Touched);
 

@@ -203,13 +203,13 @@ impl Physics {
         Ok(())
     }
 
-    /// Lets a walker fall as if it had been hit. A kinematic walker is no longer kinematic; a
-    /// fallen one stays as it is.
+    /// Lets a walker fall as if it had been hit, and not stand up again. A kinematic walker is no
+    /// longer kinematic.
     ///
     /// # Errors
     ///
     /// The actor does not exist or is no walker.
-    pub fn fall(&mut self, id: ActorId) -> Result<(), PhysicsError> {
+    pub fn fall_for_good(&mut self, id: ActorId) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         if !matches!(&self.actors[index].kind, Kind::Walker(_)) {
             return Err(PhysicsError::WrongKind(id, "walker"));
@@ -217,10 +217,11 @@ impl Physics {
         self.set_kinematic(id, false)?;
         let Physics { world, actors, .. } = self;
         let actor = actors.wake(index);
-        if let Kind::Walker(walker) = &mut actor.kind
-            && !walker.has_fallen()
-        {
-            walker.fall(world, (actor.body, actor.collider));
+        if let Kind::Walker(walker) = &mut actor.kind {
+            walker.model.gets_up_after_fall = false;
+            if !walker.has_fallen() {
+                walker.fall(world, (actor.body, actor.collider));
+            }
         }
         Ok(())
     }

@@ -19,6 +19,8 @@ pub struct PropModel {
     /// Whether vehicles drive over the prop and walkers step over it
     /// ([`town::Blueprint::is_passable`]): only the ground and static boxes hold it.
     pub is_passable: bool,
+    /// Whether a moving actor that touches the prop makes it dynamic.
+    pub is_released_on_hit: bool,
 }
 
 impl PropModel {

@@ -145,6 +145,7 @@ impl Part {
             half_extents_m: Vec3::from_array(self.half) * walker.height_m,
             mass_kg: self.mass * walker.mass_kg,
             is_passable: false,
+            is_released_on_hit: false,
         }
     }
 

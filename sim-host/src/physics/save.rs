@@ -22,7 +22,7 @@ use super::{
 };
 
 /// Version of the layout and meaning of the bytes.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 #[derive(Serialize, Deserialize)]
 struct SavedActor {

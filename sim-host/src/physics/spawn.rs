@@ -123,7 +123,7 @@ impl Physics {
     }
 
     #[expect(clippy::too_many_arguments, reason = "one call site for each kind of actor")]
-    fn insert(
+    pub(super) fn insert(
         &mut self,
         id: ActorId,
         kind: Kind,

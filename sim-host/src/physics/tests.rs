@@ -8,6 +8,7 @@ mod driving;
 mod forces;
 mod ground;
 mod motion;
+mod props;
 mod ragdoll;
 mod rails;
 mod tuning;

@@ -17,6 +17,8 @@ pub struct WalkerModel {
     pub mass_kg: f32,
     /// Whether the walker falls when it is hit.
     pub is_ragdoll_on_hit: bool,
+    /// Whether the walker stands up [`protocol::LIE_NANOS`] after a fall.
+    pub gets_up_after_fall: bool,
 }
 
 impl WalkerModel {

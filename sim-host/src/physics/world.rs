@@ -5,7 +5,7 @@ use std::{
     sync::Arc,
 };
 
-use glam::{Mat3, Quat, Vec3};
+use glam::Vec3;
 use protocol::ActorId;
 use rapier3d::prelude::{
     ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, SharedShape,
@@ -14,8 +14,7 @@ use rapier3d::prelude::{
 use super::{
     actor::{Actor, Kind, Teleport, digest_of},
     actor_list::ActorList,
-    collision::{Collision, Pair, Touched},
-    door_model::DoorModel,
+    collision::{Collision, Pair, Push, Touched},
     error::PhysicsError,
     ground::Ground,
     model::GRAVITY_MPS2,
@@ -23,7 +22,7 @@ use super::{
     overlap::{shrunk, touch},
     rigid_body::{apply, integrate_kinematic, motion_of, published_velocity_mps},
     statics::{StaticBox, StaticBoxes},
-    walker::{Obstacle, Walker},
+    walker::Walker,
     wheels::Surface,
 };
 
@@ -44,6 +43,8 @@ pub struct Physics {
     pub(super) colliding: Vec<u32>,
     /// Pairs in contact at the end of the last step.
     pub(super) touching: BTreeSet<Pair>,
+    /// Walkers that were pushed aside in the last substep.
+    pub(super) pushes: Vec<Push>,
 }
 
 /// Marks the colliders of static boxes in `user_data`.
@@ -76,6 +77,7 @@ impl Physics {
             collisions: Vec::new(),
             colliding: Vec::new(),
             touching: BTreeSet::new(),
+            pushes: Vec::new(),
         }
     }
 
@@ -163,6 +165,7 @@ impl Physics {
             self.apply_forces(dt);
             self.world.step();
             self.collect_contacts(&mut impulses, &mut touching);
+            self.collect_pushes(&mut impulses, &mut touching);
             observe(self, dt);
         }
         self.report_collisions(impulses, touching);
@@ -184,6 +187,7 @@ impl Physics {
                 self.actors.wake(index);
             }
         }
+        self.stand_walkers_up();
         self.active.clear();
         self.active.extend(self.actors.awake().map(|a| a.id));
         self.put_to_sleep();
@@ -217,8 +221,10 @@ impl Physics {
 
     /// Sets the force and torque of every body for one substep, or its next pose.
     fn apply_forces(&mut self, dt: f32) {
+        self.release_props(dt);
         let obstacles = self.obstacles();
-        let Physics { world, ground, grip, statics, actors, .. } = self;
+        let Physics { world, ground, grip, statics, actors, pushes, .. } = self;
+        pushes.clear();
         let surface = Surface { ground, grip: *grip };
         for actor in actors.awake_mut() {
             if actor.kinematic {
@@ -263,48 +269,19 @@ impl Physics {
                         statics.touching(&Pose::from_translation(feet + lift), shape).is_none()
                     };
                     let feet = body.translation();
-                    let (feet, turn) = walker.substep(ground, &obstacles, feet, gravity, dt, free);
+                    let (pushed_m, impulses) = walker.pushed_aside(feet, &obstacles, dt);
+                    pushes.extend(impulses.into_iter().map(|(by, impulse_ns)| Push {
+                        walker: actor.id,
+                        by,
+                        impulse_ns,
+                    }));
+                    let at = (feet, pushed_m);
+                    let (feet, turn) = walker.substep(ground, &obstacles, at, gravity, dt, free);
                     body.set_next_kinematic_position(Pose::from_parts(feet, turn));
                 }
             }
         }
-    }
-
-    /// Returns the obstacles of walkers; empty if no walker is active.
-    fn obstacles(&self) -> Vec<Obstacle> {
-        let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.has_fallen());
-        if !self.actors.awake().any(walks) {
-            return Vec::new();
-        }
-        let mut obstacles = Vec::new();
-        for actor in self.actors.iter().filter(|actor| !actor.collisions_disabled) {
-            let body = self.body(actor);
-            let velocity_mps =
-                if actor.kinematic { actor.kinematic_velocity.linear_mps } else { body.linvel() };
-            let mut add = |center_m: Vec3, half_m: Vec3, turn: Quat| {
-                obstacles.push(Obstacle {
-                    center_m: body.position() * center_m,
-                    axes: Mat3::from_quat(*body.rotation() * turn),
-                    half_m,
-                    velocity_mps,
-                });
-            };
-            match &actor.kind {
-                Kind::Vehicle(v) => {
-                    add(v.own.box_center_m, v.own.box_half_m, Quat::IDENTITY);
-                    for DoorModel { middle_m, half_extents_m, turn, .. } in v.open_doors() {
-                        add(*middle_m, *half_extents_m, *turn);
-                    }
-                }
-                Kind::Prop(p) if p.model.is_passable => {}
-                Kind::Prop(p) => {
-                    let half_m = p.model.half_extents_m;
-                    add(Vec3::Z * half_m.z, half_m, Quat::IDENTITY);
-                }
-                Kind::Walker(_) => {}
-            }
-        }
-        obstacles
+        self.push_back();
     }
 
     /// Returns the first object that a shape would touch: actors by id except `but`, then static

@@ -35,7 +35,7 @@ impl World {
             id,
             (recorded.blueprint, blueprint),
             &pose,
-            (true, false),
+            flag::KINEMATIC,
         )?;
         self.last_actor = self.last_actor.max(id.0);
         // [`World::show`] opens the doors.

@@ -136,12 +136,15 @@ impl LockedBridge<'_> {
         }
         if description.id.starts_with("static.") {
             spawn = spawn.kinematic();
+            if town::blueprint(&description.id).is_some_and(|(_, prop)| prop.is_light()) {
+                spawn = spawn.released_on_hit();
+            }
         }
         if description.id.starts_with("walker.") {
-            spawn = spawn.removed_after_fall();
-            if description.get("is_invincible") != Some("true") {
-                spawn = spawn.ragdoll_on_hit();
-            }
+            let is_invincible = description.get("is_invincible") == Some("true");
+            spawn = spawn.ragdoll_on_hit();
+            spawn =
+                if is_invincible { spawn.gets_up_after_fall() } else { spawn.removed_after_fall() };
         }
         // No snapshot is published before the attributes of its actors are known.
         let _turn = self.take_turn();

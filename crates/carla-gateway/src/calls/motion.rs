@@ -2,7 +2,7 @@
 
 use client_lib::{
     ActorId, Pose,
-    wire::{ActorState, Command, SetPhysics, SetVelocity, Teleport},
+    wire::{ActorState, Command, SetPhysics, SetVelocity, Teleport, flag},
 };
 use glam::Vec3;
 
@@ -86,13 +86,17 @@ impl LockedBridge<'_> {
         self.actor_state(id).ok_or_else(|| unknown("actor", id))
     }
 
-    /// Moves a walker so that it is at this pose after the next step, walking at this speed.
+    /// Moves a walker so that it is at this pose after the next step, walking at this speed. A
+    /// fallen walker lies until it is removed or stands up, whatever its controller plans.
     pub(crate) fn set_walker_state(
         &mut self,
         id: u32,
         pose: Pose,
         speed_mps: f32,
     ) -> Result<(), RpcError> {
+        if self.actor_state(id).is_some_and(|state| state.has(flag::FALLEN)) {
+            return Ok(());
+        }
         let velocity = pose.rotation() * Vec3::X * speed_mps;
         let step = velocity * (self.client.wire_settings().delta_nanos as f32 * 1e-9);
         self.teleport(id, Pose::new(pose.position() - step, pose.rotation()))?;

@@ -97,6 +97,13 @@ impl Blueprint {
         }
     }
 
+    /// Returns whether a vehicle pushes the actor aside: a prop of at most 50 kg. Heavier ones are
+    /// fixed to the ground or as good as that.
+    pub fn is_light(&self) -> bool {
+        const LIGHT_KG: f32 = 50.0;
+        self.kind == Kind::Prop && self.mass_kg <= LIGHT_KG
+    }
+
     /// Returns whether vehicles drive over the actor as if it were not there: a prop that is lower
     /// than the ground clearance of a car, or soft, as bags, litter and heaps of earth are.
     pub fn is_passable(&self) -> bool {

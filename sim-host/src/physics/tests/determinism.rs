@@ -53,7 +53,12 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
         let spawned = match frame % 20 {
             4 => physics.spawn_prop(
                 id,
-                PropModel { half_extents_m: Vec3::splat(0.5), mass_kg: 60.0, is_passable: false },
+                PropModel {
+                    half_extents_m: Vec3::splat(0.5),
+                    mass_kg: 60.0,
+                    is_passable: false,
+                    is_released_on_hit: false,
+                },
                 &pose,
                 false,
             ),
@@ -64,6 +69,7 @@ fn act(physics: &mut Physics, models: &[Arc<VehicleModel>; 2], frame: u64, seed:
                     height_m: 1.8,
                     mass_kg: 70.0,
                     is_ragdoll_on_hit: true,
+                    gets_up_after_fall: false,
                 },
                 &pose,
             ),

@@ -122,8 +122,13 @@ fn invalid_forces_are_refused() {
         assert!(lone.physics.force(ID, Vec3::ZERO, Vec3::ZERO, Some(bad)).is_err());
     }
     assert_eq!(lone.physics.set_gravity(ActorId(7), true), Err(PhysicsError::Unknown(ActorId(7))));
-    let model =
-        WalkerModel { radius_m: 0.2, height_m: 1.8, mass_kg: 80.0, is_ragdoll_on_hit: false };
+    let model = WalkerModel {
+        radius_m: 0.2,
+        height_m: 1.8,
+        mass_kg: 80.0,
+        is_ragdoll_on_hit: false,
+        gets_up_after_fall: false,
+    };
     lone.physics.spawn_walker(ActorId(3), model, &Pose::level(Vec3::X * 9.0, 0.0)).unwrap();
     lone.physics.destroy(ActorId(3)).unwrap();
     assert_eq!(lone.physics.hash(), hash);
@@ -132,7 +137,12 @@ fn invalid_forces_are_refused() {
 #[test]
 fn forces_act_on_props() {
     let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
-    let model = PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 20.0, is_passable: false };
+    let model = PropModel {
+        half_extents_m: Vec3::splat(0.4),
+        mass_kg: 20.0,
+        is_passable: false,
+        is_released_on_hit: false,
+    };
     physics.spawn_prop(ID, model, &Pose::IDENTITY, false).unwrap();
     for _ in 0..10 {
         physics.step(FRAME_NANOS, SUBSTEP_NANOS);

@@ -13,7 +13,13 @@ const WALKER: ActorId = ActorId(1);
 const CAR: ActorId = ActorId(2);
 
 fn person() -> WalkerModel {
-    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: true }
+    WalkerModel {
+        radius_m: 0.3,
+        height_m: 1.8,
+        mass_kg: 75.0,
+        is_ragdoll_on_hit: true,
+        gets_up_after_fall: false,
+    }
 }
 
 /// A car that hits a walker, turned by `yaw_rad`, and brakes from the impact on.

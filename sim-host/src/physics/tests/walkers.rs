@@ -4,13 +4,19 @@ use glam::{Vec2, Vec3};
 use protocol::{ActorId, ActorState, Pose, VehicleControl, flag};
 
 use super::{FRAME_NANOS, Ground, SUBSTEP_NANOS, incline};
-use crate::physics::{Physics, PhysicsError, VehicleModel, WalkerModel};
+use crate::physics::{Physics, PhysicsError, StaticBox, VehicleModel, WalkerModel};
 
 const WALKER: ActorId = ActorId(1);
 const CAR: ActorId = ActorId(2);
 
 fn person(is_ragdoll_on_hit: bool) -> WalkerModel {
-    WalkerModel { radius_m: 0.3, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit }
+    WalkerModel {
+        radius_m: 0.3,
+        height_m: 1.8,
+        mass_kg: 75.0,
+        is_ragdoll_on_hit,
+        gets_up_after_fall: false,
+    }
 }
 
 fn street(ground: Arc<Ground>, is_ragdoll_on_hit: bool) -> Physics {
@@ -113,23 +119,110 @@ fn a_hit_walker_falls_and_the_car_drives_on() {
     assert_eq!(physics.jump(WALKER), Err(PhysicsError::Fallen(WALKER)));
 }
 
-#[test]
-fn invincible_walkers_stay_upright_and_stop_the_car() {
-    let mut physics = with_car(false, 12.0);
-    run(&mut physics, 3.0);
-    assert!(!state(&physics, WALKER).has(flag::FALLEN));
-    assert_eq!(place(&physics, WALKER), Vec3::ZERO);
-    assert!(state(&physics, CAR).velocity_mps[0] < 3.0);
+/// A walker that stands up after a fall, hit by a car that brakes after the impact.
+fn with_braking_car(boxes: &[StaticBox]) -> Physics {
+    let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), boxes);
+    (0..boxes.len()).for_each(|index| physics.set_static(index, false));
+    let model = WalkerModel { gets_up_after_fall: true, ..person(true) };
+    physics.spawn_walker(WALKER, model, &Pose::IDENTITY).unwrap();
+    let sedan = Arc::new(VehicleModel::sedan());
+    physics.spawn_vehicle(CAR, &sedan, &Pose::level(Vec3::X * -12.0, 0.0), false).unwrap();
+    run(&mut physics, 0.5);
+    physics.set_velocity(CAR, Vec3::X * 10.4, Vec3::ZERO).unwrap();
+    while !state(&physics, WALKER).has(flag::FALLEN) {
+        run(&mut physics, 0.05);
+    }
+    let brake = VehicleControl { actor_id: CAR, brake: 1.0, ..VehicleControl::default() };
+    physics.control(&brake).unwrap();
+    physics
 }
 
 #[test]
-fn a_slow_car_does_not_knock_a_walker_down() {
-    let mut physics = with_car(true, 1.2);
-    physics.set_gravity(WALKER, true).unwrap();
-    let control = VehicleControl { actor_id: CAR, manual_gear: 1, ..VehicleControl::default() };
-    physics.control(&control).unwrap();
-    run(&mut physics, 12.0);
+fn a_walker_that_gets_up_stands_after_five_seconds_and_walks_on() {
+    let mut physics = with_braking_car(&[]);
+    run(&mut physics, 4.8);
+    let lying = state(&physics, WALKER);
+    assert!(lying.has(flag::FALLEN));
+    let saved = physics.save();
+    run(&mut physics, 0.4);
+    let (stands, hash) = (state(&physics, WALKER), physics.hash());
+    let up = stands.pose.rotation() * Vec3::Z;
+    println!("lay at {}, stands at {}", lying.pose.position(), stands.pose.position());
+    assert!(!stands.has(flag::FALLEN) && physics.limbs(WALKER).is_none());
+    assert!(up.z > 0.999 && stands.pose.position().z.abs() < 0.01, "{stands:?}");
+    let away = stands.pose.position() - lying.pose.position();
+    assert!(away.truncate().length() < 1.2, "it stands up {away} from where it lay");
+    physics.walk(WALKER, Vec2::Y * 1.5).unwrap();
+    run(&mut physics, 1.0);
+    let walked = place(&physics, WALKER) - stands.pose.position();
+    assert!((walked.y - 1.5).abs() < 0.1, "{walked}");
+    // It is hit like before, and a saved state continues bit for bit.
+    let last = physics.actors.last().map(|actor| actor.id);
+    assert_eq!(last, Some(CAR.0), "the order of actors");
+    physics.restore(&saved).unwrap();
+    run(&mut physics, 0.4);
+    assert_eq!(physics.hash(), hash);
+}
+
+#[test]
+fn a_walker_without_room_to_stand_lies_on() {
+    let roof = StaticBox {
+        center: Vec3::new(10.0, 0.0, 2.0),
+        half_extents_m: Vec3::new(60.0, 20.0, 1.0),
+        yaw_rad: 0.0,
+    };
+    let mut physics = with_braking_car(&[roof]);
+    run(&mut physics, 4.0);
+    physics.set_static(0, true);
+    run(&mut physics, 3.0);
+    assert!(state(&physics, WALKER).has(flag::FALLEN), "it stands inside the roof");
+    physics.set_static(0, false);
+    run(&mut physics, 0.1);
     assert!(!state(&physics, WALKER).has(flag::FALLEN));
+}
+
+#[test]
+fn a_walker_killed_on_the_ground_does_not_get_up() {
+    let mut physics = with_braking_car(&[]);
+    run(&mut physics, 1.0);
+    physics.fall_for_good(WALKER).unwrap();
+    run(&mut physics, 6.0);
+    assert!(state(&physics, WALKER).has(flag::FALLEN));
+}
+
+#[test]
+fn a_slow_car_pushes_a_walker_aside() {
+    let mut physics = with_car(true, 1.2);
+    let control =
+        VehicleControl { actor_id: CAR, throttle: 0.15, manual_gear: 0, ..Default::default() };
+    physics.control(&control).unwrap();
+    let mut touched = false;
+    while place(&physics, CAR).x < 1.0 {
+        run(&mut physics, 0.05);
+        let car = state(&physics, CAR);
+        assert!(car.velocity_mps[0] > 0.9, "the walker stops the car: {:?}", car.velocity_mps);
+        if car.velocity_mps[0] > 1.8 {
+            physics.set_velocity(CAR, Vec3::X * 1.5, Vec3::ZERO).unwrap();
+        }
+        touched |= physics.collisions().iter().any(|c| {
+            // The walker, which has the lower id, is pushed ahead.
+            (c.actor, c.other) == (WALKER, CAR) && c.impulse_ns.x > 0.0
+        });
+    }
+    assert!(touched, "no collision is reported");
+    assert!(!state(&physics, WALKER).has(flag::FALLEN));
+    // The front of the car is 2.35 m ahead of its origin.
+    let ahead_m = place(&physics, WALKER).x - place(&physics, CAR).x;
+    assert!((2.6..2.75).contains(&ahead_m), "{ahead_m} m");
+}
+
+#[test]
+fn a_walker_that_does_not_fall_is_pushed_along() {
+    let mut physics = with_car(false, 12.0);
+    run(&mut physics, 2.0);
+    assert!(!state(&physics, WALKER).has(flag::FALLEN));
+    assert!(place(&physics, WALKER).x > 5.0, "{}", place(&physics, WALKER));
+    assert!(state(&physics, CAR).velocity_mps[0] > 9.0);
 }
 
 #[test]

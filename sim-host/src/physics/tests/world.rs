@@ -241,8 +241,13 @@ fn a_teleport_causes_no_velocity_and_no_acceleration() {
 #[test]
 fn walkers_stay_on_the_ground_and_stop_at_buildings() {
     let mut physics = town();
-    let model =
-        WalkerModel { radius_m: 0.25, height_m: 1.8, mass_kg: 75.0, is_ragdoll_on_hit: false };
+    let model = WalkerModel {
+        radius_m: 0.25,
+        height_m: 1.8,
+        mass_kg: 75.0,
+        is_ragdoll_on_hit: false,
+        gets_up_after_fall: false,
+    };
     physics.spawn_walker(ActorId(5), model, &Pose::IDENTITY).unwrap();
     physics.walk(ActorId(5), Vec2::new(1.5, 0.0)).unwrap();
     for _ in 0..100 {
@@ -261,8 +266,12 @@ fn walkers_stay_on_the_ground_and_stop_at_buildings() {
 #[test]
 fn a_crate_falls_comes_to_rest_and_is_moved_by_a_car() {
     let mut physics = town();
-    let crate_model =
-        PropModel { half_extents_m: Vec3::splat(0.4), mass_kg: 40.0, is_passable: false };
+    let crate_model = PropModel {
+        half_extents_m: Vec3::splat(0.4),
+        mass_kg: 40.0,
+        is_passable: false,
+        is_released_on_hit: false,
+    };
     let above = Pose::level(Vec3::new(8.0, 0.0, 2.0), 0.4);
     physics.spawn_prop(ActorId(7), crate_model, &above, false).unwrap();
     for _ in 0..60 {
