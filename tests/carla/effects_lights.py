@@ -144,7 +144,7 @@ def traffic_lights(c):
     for state in (GREEN, RED):
         light.set_state(state)
         c.ticks(2)
-        assert light.get_state() == state
+        assert light.get_state() == light.state == state
     c.world.freeze_all_traffic_lights(True)
     c.world.tick()
     before = [one.get_state() for one in lights]
@@ -152,6 +152,14 @@ def traffic_lights(c):
     c.ticks(400)
     assert [one.get_state() for one in lights] == before
     c.world.freeze_all_traffic_lights(False)
+    c.world.tick()
+    light.freeze(True)
+    c.world.tick()
+    # CARLA's client asks for all lights.
+    assert all(one.is_frozen() for one in lights)
+    light.freeze(False)
+    c.world.tick()
+    assert not any(one.is_frozen() for one in lights)
     changed = False
     for _ in range(1200):
         c.world.tick()
@@ -161,8 +169,11 @@ def traffic_lights(c):
           "World.freeze_all_traffic_lights TrafficLight.freeze TrafficLight.is_frozen",
           "lights changed as set, kept their states while frozen, and continued")
     light.set_green_time(7.0)
+    light.set_yellow_time(2.5)
+    light.set_red_time(9.0)
     c.world.tick()
     assert light.get_green_time() == 7.0
+    assert light.get_yellow_time() == 2.5 and light.get_red_time() == 9.0
     differs("TrafficLight.set_green_time TrafficLight.set_yellow_time TrafficLight.set_red_time "
             "TrafficLight.get_green_time TrafficLight.get_yellow_time TrafficLight.get_red_time",
             "how long a state lasts that a client has set; the signal plan is that of this "

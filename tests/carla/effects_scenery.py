@@ -24,7 +24,7 @@ def weather(c):
     assert day > night + 20.0, (day, night)
     assert c.world.get_weather().sun_altitude_angle == -30.0
     c.world.set_weather(carla.WeatherParameters.ClearNoon)
-    differs("World.set_weather World.get_weather WeatherParameters",
+    differs("World.set_weather World.get_weather",
             "sun, clouds, rain, fog and wetness are visible; scattering, dust and fog falloff are"
             " stored only")
     camera.destroy()
@@ -110,6 +110,7 @@ def street_lights(c):
     r, g, b = seen()
     data = manager.get_light_state([lamp])[0]
     assert g - r > 120 and data.active and data.group == carla.LightGroup.Street, (r, g, b)
+    assert data.intensity == 1000.0 and data.color == carla.Color(0, 255, 0)
     works("LightManager.set_color LightManager.get_color LightManager.set_intensity "
           "LightManager.get_intensity LightManager.set_light_group LightManager.get_light_group "
           "LightManager.set_light_state LightManager.get_light_state LightState.intensity "

@@ -28,6 +28,7 @@ def cameras(c):
     assert (tags == 1).mean() > 0.05 and (tags == 11).any(), "the road must be below, the sky above"
     assert (pixels(images["instance_segmentation"])[:, :, 2] == tags).mean() > 0.99
     assert images["rgb"].fov == 90.0
+    near(images["rgb"].timestamp, c.world.get_snapshot().timestamp.elapsed_seconds, 1e-6)
     placed = images["rgb"].transform.location
     assert placed.distance(car.get_transform().transform(carla.Location(x=1.0, z=2.2))) < 0.1
     works("sensor.camera.rgb sensor.camera.depth sensor.camera.semantic_segmentation "
@@ -69,6 +70,7 @@ def lidars_and_radar(c):
         assert scan.frame == labels.frame == echoes.frame == frame
     points = np.frombuffer(scan.raw_data, dtype=np.float32).reshape(-1, 4)
     assert scan.channels == 32 and len(points) > 1000
+    assert -math.pi <= scan.horizontal_angle <= math.pi, scan.horizontal_angle
     assert sum(scan.get_point_count(channel) for channel in range(32)) == len(points)
     assert np.linalg.norm(points[:, :3], axis=1).max() <= 50.5
     below = points[:, 2] < -1.5
@@ -93,7 +95,7 @@ def lidars_and_radar(c):
     others = {(round(echo.azimuth, 4), round(echo.altitude, 4))
               for echo in radar[1].get(timeout=TIMEOUT)}
     assert len(places & others) < len(places), "the points are at the same places in the next frame"
-    works("sensor.other.radar RadarMeasurement",
+    works("sensor.other.radar RadarDetection.depth RadarDetection.azimuth RadarDetection.altitude",
           "points were within the cone, at other places in each frame")
     for sensor, _ in (lidar, labelled, radar):
         sensor.destroy()
@@ -120,6 +122,7 @@ def physics_sensors(c):
         if measured_now.frame == frame:
             break
     near(measured_now.accelerometer.z, 9.81, 0.5)
+    assert measured_now.gyroscope.length() < 0.02, measured_now.gyroscope
     heading = math.radians(car.get_transform().rotation.yaw + 90.0) % (2 * math.pi)
     near((measured_now.compass - heading + math.pi) % (2 * math.pi), math.pi, 0.02)
     works("sensor.other.imu IMUMeasurement.accelerometer IMUMeasurement.gyroscope "
@@ -175,7 +178,8 @@ def physics_sensors(c):
                 + event.normal_impulse.y * ahead.get_forward_vector().y for event in events)
     # The vehicle stops or rebounds a little.
     assert -1.6 < given / (12.0 * mass) < -0.6, (given, mass)
-    works("sensor.other.collision CollisionEvent",
+    works("sensor.other.collision CollisionEvent.actor CollisionEvent.other_actor "
+          "CollisionEvent.normal_impulse",
           "one event for each frame and other actor; the impulses added up to the vehicle's "
           "momentum")
     house = max(c.world.get_environment_objects(carla.CityObjectLabel.Buildings),
@@ -193,7 +197,8 @@ def physics_sensors(c):
     assert seen.other_actor.id == 0 and seen.other_actor.type_id.startswith("static."), seen
     assert 0.0 <= seen.distance < 9.0, seen
     assert blind[1].empty() or blind[1].get().other_actor.type_id.startswith("vehicle.")
-    works("sensor.other.obstacle ObstacleDetectionEvent",
+    works("sensor.other.obstacle ObstacleDetectionEvent.other_actor "
+          "ObstacleDetectionEvent.distance",
           "the distance that the sensor's sphere travels to a vehicle and to a house; none to the"
           " house with `only_dynamics`")
     blind[0].destroy()
@@ -238,7 +243,7 @@ def radios(c):
     away = cars[0].get_location().distance(cars[1].get_location())
     clear = 31.5 - (38.77 + 16.7 * math.log10(away) + 18.2 * math.log10(5.9))
     assert events[-1][0].power <= clear + 0.5, (events[-1][0].power, clear)
-    works("sensor.other.v2x CAMEvent CAMMessage.get CAMMessage.power",
+    works("sensor.other.v2x CAMEvent.__len__ CAMEvent.__getitem__ CAMMessage.get CAMMessage.power",
           "identity, position, heading and speed of the other station; sent when they change; "
           "weaker than in free space")
     chats[1][0].send("turn left")
@@ -246,7 +251,8 @@ def radios(c):
     event = chats[0][1].get(timeout=TIMEOUT)
     assert len(event) == 1 and "turn left" in str(event[0].get()), event[0].get()
     assert chats[1][1].empty()
-    works("sensor.other.v2x_custom ServerSideSensor.send CustomV2XEvent CustomV2XData.get",
+    works("sensor.other.v2x_custom ServerSideSensor.send CustomV2XEvent.__len__ "
+          "CustomV2XEvent.__getitem__ CustomV2XData.get",
           "the other station received the text once")
     for sensor, _ in stations + chats:
         sensor.destroy()
@@ -265,7 +271,7 @@ def lane_invasion(c):
         c.world.tick()
     event = crossed[1].get(timeout=TIMEOUT)
     assert event.crossed_lane_markings
-    works("sensor.other.lane_invasion LaneInvasionEvent",
+    works("sensor.other.lane_invasion LaneInvasionEvent.crossed_lane_markings",
           "the client found the crossed line when the vehicle moved sideways")
     crossed[0].destroy()
     car.destroy()
@@ -320,6 +326,7 @@ def normals_flow_and_events(c):
           "static sky")
     for sensor in (normals, flow, dvs, dull):
         sensor.destroy()
+    car.destroy()
 
 
 @check

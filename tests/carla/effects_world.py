@@ -75,6 +75,8 @@ def blueprints(c):
     cars = c.library.filter("vehicle.*")
     assert len(cars) > 20
     model = c.library.find("vehicle.tesla.model3")
+    model.set_attribute("role_name", "hero")
+    assert model.get_attribute("role_name").as_str() == "hero"
     assert int(model.get_attribute("number_of_wheels")) == 4
     assert "hero" in model.get_attribute("role_name").recommended_values
     assert c.library.find("sensor.camera.rgb").get_attribute("image_size_x").as_int() == 800
@@ -97,6 +99,8 @@ def spectator_and_rays(c):
     hit = c.world.ground_projection(above, 100.0)
     near(hit.location.z, c.points[0].location.z - 0.5, 0.4)
     assert hit.label in (carla.CityObjectLabel.Roads, carla.CityObjectLabel.RoadLines)
+    down = c.world.project_point(above, carla.Vector3D(z=-1.0), 100.0)
+    assert down.location.distance(hit.location) < 0.01 and down.label == hit.label
     points = c.world.cast_ray(above, above - carla.Location(z=100.0))
     assert points and abs(points[0].location.z - hit.location.z) < 0.1
     works("World.ground_projection World.project_point World.cast_ray LabelledPoint.label "

@@ -105,6 +105,17 @@ fn play(python: &PathBuf, script: &str, port: u16, more: &[&str]) -> Output {
 }
 
 #[test]
+fn the_list_of_members_is_that_of_the_official_package() {
+    let Some(python) = python_or_skip("the_list_of_members_is_that_of_the_official_package") else {
+        return;
+    };
+    let output = Command::new(python).arg(format!("{SCRIPTS}/members.py")).output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    let words = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{said}{words}; `members.py --write` updates the list");
+}
+
+#[test]
 fn the_official_package_works_as_the_table_says() {
     let Some(python) = python_or_skip("the_official_package_works_as_the_table_says") else {
         return;
@@ -146,26 +157,35 @@ fn the_official_package_works_as_the_table_says() {
     sim.end();
 }
 
-/// One line per member.
+/// One line per member, one section per class.
 fn table(lines: &[Value]) -> String {
     let count = |verdict: &str| lines.iter().filter(|l| l["verdict"] == verdict).count();
     let mut text = ABOVE.to_owned();
-    let [works, differs, nothing, errors] = ["works", "differs", "nothing", "error"].map(count);
+    let [works, differs, local] = ["works", "differs", "local"].map(count);
+    let [nothing, errors, absent] = ["nothing", "error", "absent"].map(count);
     let _ = writeln!(
         text,
-        "{works} members work, {differs} work with a difference, {nothing} have no effect, \
-         {errors} answer an error.\n"
+        "{works} rows work, {differs} work with a difference, {local} are in the client only, \
+         {nothing} have no effect, {errors} answer an error, {absent} are not in the package."
     );
-    text += "| member | verdict | what was observed |\n|---|---|---|\n";
+    let mut above = String::new();
     for line in lines.iter().filter(|line| line["member"].is_string()) {
         let field = |name: &str| line[name].as_str().unwrap_or("").to_owned();
+        if field("class") != above {
+            above = field("class");
+            let _ = writeln!(text, "\n## {above}\n");
+            text += "| member | verdict | what was observed |\n|---|---|---|\n";
+        }
         let verdict = match field("verdict").as_str() {
-            "works" => "works".to_owned(),
-            "differs" => "works with a difference".to_owned(),
-            "nothing" => "without effect".to_owned(),
-            _ => "answers an error".to_owned(),
+            "works" => "works",
+            "differs" => "works with a difference",
+            "local" => "in the client only",
+            "nothing" => "without effect",
+            "absent" => "not in the package",
+            _ => "answers an error",
         };
-        let _ = writeln!(text, "| `{}` | {verdict} | {} |", field("member"), field("note"));
+        let note = field("note").replace('|', "\\|");
+        let _ = writeln!(text, "| `{}` | {verdict} | {note} |", field("member"));
     }
     text
 }
