@@ -79,11 +79,12 @@ impl Physics {
         Ok(pose)
     }
 
-    /// Spawns a prop and returns its pose, whose origin is in the middle of the base.
+    /// Spawns a prop and returns its pose, whose origin is in the middle of the base. A prop may
+    /// overlap obstacles: CARLA gives a prop its mesh after it has found a place for it.
     ///
     /// # Errors
     ///
-    /// The id is in use, the pose is not valid, or an obstacle overlaps the prop.
+    /// The id is in use, or the pose is not valid.
     pub fn spawn_prop(
         &mut self,
         id: ActorId,
@@ -136,7 +137,9 @@ impl Physics {
         let pose = body_pose(pose);
         let local = BodyPose::from_translation(middle_m);
         let is_passable = kind.is_passable();
-        if !is_passable && let Some(obstacle) = self.obstacle(&(pose * local), &shape, None) {
+        if !matches!(kind, Kind::Prop(_))
+            && let Some(obstacle) = self.obstacle(&(pose * local), &shape, None)
+        {
             return Err(PhysicsError::Blocked { actor: id, obstacle });
         }
         let still = kinematic || matches!(kind, Kind::Walker(_));

@@ -82,3 +82,20 @@ fn a_kinematic_prop_that_is_not_released_stops_the_car() {
     assert_eq!(state(&physics, CONE).pose.position(), Vec3::ZERO);
     assert!(state(&physics, CAR).velocity_mps[0] < 3.0);
 }
+
+#[test]
+fn a_prop_may_overlap_obstacles_where_it_is_spawned() {
+    let mut physics = Physics::new(Arc::new(Ground::flat(0.0)), &[]);
+    let car = Arc::new(VehicleModel::sedan());
+    physics.spawn_vehicle(CAR, &car, &Pose::IDENTITY, false).unwrap();
+    let model = PropModel {
+        half_extents_m: Vec3::new(0.5, 0.5, 0.5),
+        mass_kg: 40.0,
+        is_passable: false,
+        is_released_on_hit: false,
+    };
+    physics.spawn_prop(CONE, model, &Pose::IDENTITY, true).unwrap();
+    let place = Pose::level(Vec3::X * 1.0, 0.0);
+    let vehicle = physics.spawn_vehicle(ActorId(3), &car, &place, false);
+    assert!(vehicle.is_err(), "a vehicle may not");
+}
