@@ -10,6 +10,13 @@ use super::{
     tyre::TyreModel,
 };
 
+/// Angle by which a body at rest is lower in front: 5 mm over the wheelbase of a car. Radians.
+///
+/// No vehicle is level to the last bit, and programs rely on it: CARLA's agents look for vehicles
+/// and red lights at angles greater than 0 from the direction of travel, which rounds to exactly 0
+/// when a level vehicle follows another one in the middle of a straight lane.
+const RAKE_RAD: f32 = 0.00175;
+
 /// The parameters in which the classes differ.
 struct Defaults {
     /// Height of the centre of mass, as a fraction of the body's height above ground.
@@ -140,6 +147,7 @@ impl VehicleModel {
                     brake_torque_nm: braked[i] * given.braking_g * radius_m,
                     handbrake_torque_nm: if rear { 1.3 * load * radius_m } else { 0.0 },
                     static_load_n: load,
+                    stance_m: RAKE_RAD * (place.hub_m.x - middle_x),
                     spring_npm,
                     bump_damping_nspm: 0.8 * damping,
                     rebound_damping_nspm: 1.2 * damping,

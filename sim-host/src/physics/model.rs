@@ -70,6 +70,9 @@ pub struct WheelModel {
     pub handbrake_torque_nm: f32,
     /// Static wheel load.
     pub static_load_n: f32,
+    /// Compression of the suspension at static load, against the hub's place: how the body stands
+    /// over its wheels.
+    pub stance_m: f32,
     /// Wheel rate of the spring. Newtons per metre.
     pub spring_npm: f32,
     /// Damping at the wheel in compression. Newton seconds per metre.

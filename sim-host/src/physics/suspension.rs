@@ -15,12 +15,13 @@ const DAMPER_FACTOR_MAX: f32 = 2.0;
 /// The suspensions of up to four wheels.
 #[derive(Debug)]
 pub(super) struct Suspensions {
+    /// Load of the spring with the hub in its place.
     pub rest_n: Lanes,
     spring_npm: Lanes,
     bump_nspm: Lanes,
     rebound_nspm: Lanes,
     travel_m: Lanes,
-    /// Travel at which the springs are slack; negative, measured from static load.
+    /// Travel at which the springs are slack; negative, measured from the hub's place.
     pub droop_m: Lanes,
 }
 
@@ -28,16 +29,16 @@ impl Suspensions {
     pub(super) fn new(wheels: [&WheelModel; 4]) -> Suspensions {
         let lanes = |value: fn(&WheelModel) -> f32| Lanes::new(wheels.map(value));
         Suspensions {
-            rest_n: lanes(|w| w.static_load_n),
+            rest_n: lanes(|w| w.static_load_n - w.spring_npm * w.stance_m),
             spring_npm: lanes(|w| w.spring_npm),
             bump_nspm: lanes(|w| w.bump_damping_nspm),
             rebound_nspm: lanes(|w| w.rebound_damping_nspm),
             travel_m: lanes(|w| w.bump_travel_m),
-            droop_m: lanes(|w| -w.static_load_n / w.spring_npm),
+            droop_m: lanes(|w| w.stance_m - w.static_load_n / w.spring_npm),
         }
     }
 
-    /// Returns the wheel load. `up_m` is the compression from static load, `rate_mps` its rate, and
+    /// Returns the wheel load. `up_m` is the compression from the hub's place, `rate_mps` its rate, and
     /// `shifted_n` the load that the anti-roll bar and the links add.
     #[inline]
     pub(super) fn load_n(&self, up_m: Lanes, rate_mps: Lanes, shifted_n: Lanes) -> Lanes {

@@ -52,6 +52,7 @@ fn bmw_320i() -> VehicleModel {
             // 8 m/s² with the pedal fully pressed, two thirds at the front.
             brake_torque_nm: 0.5 * of(0.66, 0.34) * MASS_KG * RADIUS_M * 8.0,
             static_load_n: load_n,
+            stance_m: 0.0,
             spring_npm: of(21_181.0, 17_468.0),
             bump_damping_nspm: of(2679.0, 2474.0),
             rebound_damping_nspm: of(2679.0, 2474.0),

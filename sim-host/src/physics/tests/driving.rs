@@ -235,3 +235,23 @@ fn every_class_starts_turns_and_stops_on_its_wheels() {
         assert!((lone.rotation() * Vec3::Z).z > 0.99, "{class:?} is tilted");
     }
 }
+
+#[test]
+fn no_vehicle_is_level_at_rest_or_at_constant_speed() {
+    use Class::{Bus, Car, Motorcycle, Truck, Van};
+    for class in [Car, Van, Truck, Bus, Motorcycle] {
+        for mps in [0.0, 8.3] {
+            let mut lone = Lone::new(Ground::flat(0.0).into(), of_class(class));
+            lone.run(2.0);
+            lone.physics.set_velocity(ActorId(1), Vec3::X * mps, Vec3::ZERO).unwrap();
+            for _ in 0..80 {
+                lone.control.throttle = if lone.speed() < mps { 0.3 } else { 0.0 };
+                lone.frame();
+            }
+            // The horizontal length of the direction, as CARLA's agents compute it.
+            let ahead = lone.state().pose.rotation() * Vec3::X;
+            println!("{class:?} at {:.2} m/s: {:.3}°", lone.speed(), ahead.z.asin().to_degrees());
+            assert!(ahead.truncate().length() < 1.0 - 5e-7, "{class:?} at {mps} m/s: {ahead}");
+        }
+    }
+}
