@@ -99,7 +99,8 @@ def commands_of_walkers(c):
     c.ticks(1)
     near(walker.get_location().distance(place.location), 0.0, 0.3)
     near(walker.get_control().speed, 1.25, 0.05)
-    works("command.ApplyWalkerState", "the walker was at the given place in the next frame, and walked on at 1.25 m/s")
+    works("command.ApplyWalkerState",
+          "the walker was at the given place in the next frame, and walked on at 1.25 m/s")
     walker.destroy()
     c.ticks(1)
 
@@ -141,14 +142,35 @@ def batches_of_commands(c):
         "a defect of the package: its property cannot be read; it works as an argument")
     for sensor in sensors:
         sensor.destroy()
-    for made in (command.DestroyActor(UNKNOWN), command.SetAutopilot(UNKNOWN, True),
-                 command.ApplyVehicleControl(UNKNOWN, carla.VehicleControl()),
-                 command.ApplyTransform(UNKNOWN, place),
-                 command.ApplyWalkerControl(UNKNOWN, carla.WalkerControl()),
-                 command.ApplyTargetVelocity(UNKNOWN, carla.Vector3D()),
-                 command.SpawnActor(camera, above, UNKNOWN)):
+    zero, control = carla.Vector3D(), carla.WalkerControl()
+    for function, made in (
+            ("apply_control_to_vehicle",
+             command.ApplyVehicleControl(UNKNOWN, carla.VehicleControl())),
+            ("apply_ackermann_control_to_vehicle",
+             command.ApplyVehicleAckermannControl(UNKNOWN, carla.VehicleAckermannControl())),
+            ("apply_control_to_walker", command.ApplyWalkerControl(UNKNOWN, control)),
+            ("apply_physics_control", command.ApplyVehiclePhysicsControl(
+                UNKNOWN, carla.VehiclePhysicsControl())),
+            ("set_actor_transform", command.ApplyTransform(UNKNOWN, place)),
+            ("set_walker_state", command.ApplyWalkerState(UNKNOWN, place, 1.0)),
+            ("set_actor_target_velocity", command.ApplyTargetVelocity(UNKNOWN, zero)),
+            ("set_actor_target_angular_velocity",
+             command.ApplyTargetAngularVelocity(UNKNOWN, zero)),
+            ("add_actor_impulse", command.ApplyImpulse(UNKNOWN, zero)),
+            ("add_actor_force", command.ApplyForce(UNKNOWN, zero)),
+            ("add_actor_angular_impulse", command.ApplyAngularImpulse(UNKNOWN, zero)),
+            ("add_actor_torque", command.ApplyTorque(UNKNOWN, zero)),
+            ("set_actor_simulate_physics", command.SetSimulatePhysics(UNKNOWN, True)),
+            ("set_actor_enable_gravity", command.SetEnableGravity(UNKNOWN, True)),
+            ("set_actor_autopilot", command.SetAutopilot(UNKNOWN, True)),
+            ("set_vehicle_light_state", command.SetVehicleLightState(UNKNOWN, 1)),
+            ("spawn_actor_with_parent", command.SpawnActor(camera, above, UNKNOWN))):
         answer = c.client.apply_batch_sync([made], True)[0]
-        assert answer.has_error() and "found" in answer.error, answer.error
+        assert answer.has_error() and answer.error == (
+            f"Responding error from function {function}: Actor could not be found in the "
+            f"registry.  Actor Id: {UNKNOWN}"), answer.error
+    answer = c.client.apply_batch_sync([command.DestroyActor(UNKNOWN)], True)[0]
+    assert answer.error == "unable to destroy actor: not found", answer.error
     works("command.Response.actor_id command.Response.error command.Response.has_error",
           "the actor of the command, or the reason why it failed")
     car.destroy()

@@ -111,7 +111,8 @@ def flow_and_events(c):
         "a defect of the package: its methods do not accept its own class")
     happened = newest(changes, frame)
     assert (happened.width, happened.height, happened.fov) == (32, 24, 80.0)
-    assert len(happened) == len(list(happened)) > 0 and f"frame={frame}, " in str(happened), str(happened)
+    assert len(happened) == len(list(happened)) > 0
+    assert f"frame={frame}, " in str(happened), str(happened)
     event = happened[0]
     rows = zip(happened.to_array_x(), happened.to_array_y(), happened.to_array_t())
     assert (event.x, event.y, event.t) == next(rows)

@@ -26,6 +26,7 @@ mod radio;
 mod rendered_messages;
 mod replay;
 mod road_context;
+mod rollover;
 mod rpc;
 mod sensor;
 mod sensor_kind;

@@ -68,11 +68,10 @@ impl StateMessage {
         self.bytes.put([0; ACTOR - UNION - 32]);
     }
 
-    /// Appends an actor of the bus.
-    pub(crate) fn actor(&mut self, actor: &ActorState, road_context: RoadContext) {
+    /// Appends an actor of the bus that is neither a vehicle nor a traffic light.
+    pub(crate) fn actor(&mut self, actor: &ActorState) {
         self.moving(actor);
         match actor.kind {
-            kind::VEHICLE => self.vehicle(actor, road_context),
             kind::WALKER => self.walker(actor),
             _ => {
                 self.bytes.put([0; ACTOR - UNION]);
@@ -96,14 +95,16 @@ impl StateMessage {
         self.bytes.vector(flip(actor.acceleration_mps2));
     }
 
-    fn vehicle(&mut self, actor: &ActorState, road_context: RoadContext) {
+    /// Appends a vehicle with CARLA's number of its failure state.
+    pub(crate) fn vehicle(&mut self, actor: &ActorState, road_context: RoadContext, failure: u8) {
+        self.moving(actor);
         let is = |bit: u32| u8::from(actor.has(bit));
         self.bytes.f32(actor.throttle).f32(-actor.steer).f32(actor.brake);
         self.bytes.put([is(flag::HANDBRAKE), is(flag::REVERSE), is(flag::MANUAL_GEAR)]);
         self.bytes.put(actor.gear.to_le_bytes()).f32(road_context.speed_limit_kmh);
         let (id, phase) = road_context.light.unwrap_or((0, light::GREEN));
         self.bytes.put([light_state(phase), road_context.light.is_some().into()]).u32(id);
-        self.bytes.put([0; 1 + ACTOR - UNION - 30]);
+        self.bytes.put([failure]).put([0; ACTOR - UNION - 30]);
     }
 
     fn walker(&mut self, actor: &ActorState) {
@@ -163,8 +164,9 @@ mod tests {
         let long = "a name that is much longer than thirty-two bytes";
         state.fixture(1, &Pose::IDENTITY, [0.0; 3], long);
         state.light(&ActorState::default(), long, 0, &timing);
-        for kind in [kind::VEHICLE, kind::WALKER, kind::PROP] {
-            state.actor(&ActorState { kind, ..ActorState::default() }, RoadContext::default());
+        state.vehicle(&ActorState::default(), RoadContext::default(), 1);
+        for kind in [kind::WALKER, kind::PROP] {
+            state.actor(&ActorState { kind, ..ActorState::default() });
         }
         let message = state.into_message();
         assert_eq!(message.len(), 4 + 48 + HEADER + 5 * ACTOR);

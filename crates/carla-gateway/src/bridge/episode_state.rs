@@ -10,8 +10,8 @@ use road::Network;
 
 use crate::{
     motion::Motions, physics_control::PhysicsControl, proxy_actors::ProxyActors, replay::Replayer,
-    road_context::RoadContexts, street_lights::StreetLights, traffic_lights::TrafficLights,
-    weather::CarlaWeather,
+    road_context::RoadContexts, rollover::Rollovers, street_lights::StreetLights,
+    traffic_lights::TrafficLights, weather::CarlaWeather,
 };
 
 /// Frames after a spawn by which a snapshot must show the actor.
@@ -26,6 +26,7 @@ pub(crate) struct EpisodeState {
     pub(crate) traffic_lights: TrafficLights,
     pub(crate) street_lights: StreetLights,
     pub(crate) road_contexts: RoadContexts,
+    pub(crate) rollovers: Rollovers,
     /// Weather, street lights and whatever else persists in the world.
     pub(crate) standing: StandingState,
     /// The weather that a client of CARLA has set last, in CARLA's numbers.
@@ -49,6 +50,7 @@ impl EpisodeState {
             traffic_lights: TrafficLights::new(network),
             street_lights: StreetLights::default(),
             road_contexts: RoadContexts::new(network),
+            rollovers: Rollovers::default(),
             standing: StandingState::default(),
             weather: None,
             motions: Motions::default(),

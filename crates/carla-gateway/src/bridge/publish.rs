@@ -45,6 +45,7 @@ impl Publisher {
         drop(episode.actors.remove_absent(world, |id| spawned.contains(id)));
         episode.traffic_lights.follow(world);
         episode.road_contexts.follow(world);
+        episode.rollovers.follow(world);
         let moment = Moment {
             frame: self.frame,
             sim_time_nanos: header.stamp.sim_time_nanos,
@@ -71,12 +72,11 @@ impl Publisher {
                     state.light(&ActorState { pose, ..*actor }, sign, pole, &timing);
                 }
                 kind::VEHICLE => {
-                    state.actor(
-                        actor,
-                        episode.road_contexts.of(actor, client.blueprints(), self.frame),
-                    );
+                    let context = episode.road_contexts.of(actor, client.blueprints(), self.frame);
+                    let failure = episode.rollovers.failure_of(actor, moment.sim_time_nanos);
+                    state.vehicle(actor, context, failure);
                 }
-                _ => state.actor(actor, Default::default()),
+                _ => state.actor(actor),
             }
         }
         for (id, proxy) in &episode.actors.proxies {

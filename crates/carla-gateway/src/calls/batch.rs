@@ -1,16 +1,40 @@
 //! Many commands in one call, each with its own outcome.
 
-use client_lib::ActorId;
-
 use crate::{
     args::{Args, RpcError},
-    calls::{call::Call, vehicles::read_control},
+    calls::{actors::unknown, call::Call, vehicles::read_control},
     shared_bridge::LockedBridge,
     wire::{Description, location, transform},
 };
 
 /// The deepest nesting of commands: commands after a spawn may be spawns.
 const DEPTH_MAX: u32 = 8;
+/// By the number of a command: the function that an error for an unknown actor names. Destruction
+/// has an error of its own.
+const FUNCTIONS: [&str; 22] = [
+    "spawn_actor",
+    "destroy_actor",
+    "apply_control_to_vehicle",
+    "apply_ackermann_control_to_vehicle",
+    "apply_control_to_walker",
+    "apply_physics_control",
+    "set_actor_transform",
+    "set_walker_state",
+    "set_actor_target_velocity",
+    "set_actor_target_angular_velocity",
+    "add_actor_impulse",
+    "add_actor_force",
+    "add_actor_angular_impulse",
+    "add_actor_torque",
+    "set_actor_simulate_physics",
+    "set_actor_enable_gravity",
+    "set_actor_autopilot",
+    "show_vehicle_debug_telemetry",
+    "set_vehicle_light_state",
+    "set_actor_location",
+    "console_command",
+    "set_traffic_light_state",
+];
 
 /// `apply_batch`: writes the outcomes in the order of the commands.
 pub(crate) fn apply(call: &mut Call) -> Result<(), RpcError> {
@@ -48,6 +72,13 @@ fn execute(
     }
     let given = body.u32()?;
     let id = of.unwrap_or(given);
+    if index != 1
+        && let Some(function) = usize::try_from(index).ok().and_then(|i| FUNCTIONS.get(i))
+        && !bridge.exists(id)
+        && !bridge.episode.actors.proxies.contains_key(&id)
+    {
+        return Err(unknown(function, id));
+    }
     match index {
         1 => bridge.destroy(id)?,
         2 => {
@@ -101,12 +132,7 @@ fn execute(
             bridge.set_gravity(id, on)?;
         }
         // The client itself registers the vehicle with the traffic manager.
-        16 => {
-            body.bool()?;
-            if bridge.client.world().state(ActorId(id)).is_none() && !bridge.exists(id) {
-                return Err("Actor could not be found in the registry".into());
-            }
-        }
+        16 => drop(body.bool()?),
         17 => {}
         18 => {
             let lamps = body.u32()?;
