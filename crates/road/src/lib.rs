@@ -33,6 +33,7 @@ mod place;
 mod placement;
 mod polynomial;
 mod records;
+mod repair;
 mod road;
 mod route;
 mod signal;
@@ -62,6 +63,7 @@ pub use object::{
 };
 pub use placement::Placement;
 pub use records::{Header, Owner, UserData};
+pub use repair::{Repair, repair};
 pub use road::{Road, RoadLink, RoadType, Section, Switch};
 pub use route::{Leg, Route};
 pub use signal::{Controller, Orientation, Signal, SignalReference, SignalUse};

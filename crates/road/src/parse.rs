@@ -111,7 +111,7 @@ fn part(mut xml: Cursor, end: usize) -> Result<Records, MapError> {
 }
 
 /// Enters the root element; returns `false` if there is none.
-fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
+pub(crate) fn enter(xml: &mut Cursor) -> Result<bool, MapError> {
     match xml.child(0)? {
         None => Ok(false),
         Some(ROOT) => Ok(true),

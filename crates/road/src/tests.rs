@@ -9,6 +9,7 @@ mod mutation;
 mod objects;
 mod queries;
 mod reference;
+mod repair;
 mod small;
 mod structures;
 mod surface;
