@@ -10,6 +10,7 @@ mod alone;
 mod bones;
 mod carla;
 mod carla_clients;
+mod carla_maps;
 mod client;
 mod crash;
 mod demo;

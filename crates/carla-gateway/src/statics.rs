@@ -14,6 +14,8 @@ use crate::navigation;
 pub(crate) struct Statics {
     pub(crate) episode: Episode,
     network: Arc<Network>,
+    /// The map's text as clients read it, if it differs from the episode's.
+    repaired: OnceLock<Option<String>>,
     town: OnceLock<Town>,
     /// The triangles of the town, sorted for ray casts.
     grid: OnceLock<RayGrid>,
@@ -30,7 +32,7 @@ pub(crate) struct NavigationFile {
 impl Statics {
     pub(crate) fn new(episode: Episode, network: Arc<Network>) -> Statics {
         let (town, grid, navigation) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Statics { episode, network, town, grid, navigation }
+        Statics { episode, network, repaired: OnceLock::new(), town, grid, navigation }
     }
 
     /// Returns the road network.
@@ -42,6 +44,24 @@ impl Statics {
     pub(crate) fn map_name(&self) -> &str {
         let name = self.episode.map.rsplit('/').next().unwrap_or_default();
         name.strip_suffix(".xodr").unwrap_or(name)
+    }
+
+    /// Returns the map's text as clients can read it. Their library computes in single precision, in
+    /// which a lane section shorter than a millimetre has no length and no direction.
+    pub(crate) fn readable_open_drive(&self) -> &str {
+        let make = || {
+            // The host has read the same text, so that an error is none of the map.
+            let repair = road::repair(&self.episode.open_drive).ok().flatten()?;
+            log::info!(
+                "map {}: clients receive {} lane sections of less than 1 mm as 1 mm long, and {} \
+                 driving lanes of less than 1 cm that lead nowhere without a type",
+                self.map_name(),
+                repair.sections,
+                repair.lanes
+            );
+            Some(repair.text)
+        };
+        self.repaired.get_or_init(make).as_deref().unwrap_or(&self.episode.open_drive)
     }
 
     /// Returns the navigation mesh, or `None` on a map without sidewalks.
@@ -59,6 +79,7 @@ impl Statics {
     pub(crate) fn prepare(self: &Arc<Statics>) {
         let statics = Arc::clone(self);
         let work = move || {
+            statics.readable_open_drive();
             statics.navigation();
         };
         // Without this thread, the first call computes it.

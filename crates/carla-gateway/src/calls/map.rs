@@ -28,7 +28,7 @@ pub(super) fn info(call: &mut StaticCall) -> Result<(), RpcError> {
 }
 
 pub(super) fn open_drive(call: &mut StaticCall) -> Result<(), RpcError> {
-    call.out.text(&call.statics.episode.open_drive);
+    call.out.text(call.statics.readable_open_drive());
     Ok(())
 }
 
