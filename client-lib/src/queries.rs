@@ -4,7 +4,8 @@ use std::{sync::Arc, time::Duration};
 
 use protocol::{
     AckermannSettings, ActorId, BONES, BONES_PER_COMMAND, BlendPose, Pose, Query, QueryKind,
-    Refusal, ResponseBody, SetBones, VehiclePhysics, VehicleTelemetry, WheelTelemetry,
+    Refusal, Response, ResponseBody, SetBones, VehicleBody, VehiclePhysics, VehicleTelemetry,
+    WheelTelemetry,
 };
 
 use crate::{ClientError, connection::Connection};
@@ -35,17 +36,28 @@ impl Queries {
     /// See [`Queries`].
     pub fn vehicle_physics(&self, actor_id: ActorId) -> Result<VehiclePhysics, ClientError> {
         let what = "vehicle_physics";
-        let mut physics = VehiclePhysics {
-            body: self.one(what, actor_id, 0)?,
-            engine: self.one(what, actor_id, 0)?,
-            gearbox: self.one(what, actor_id, 0)?,
-            steering: self.one(what, actor_id, 0)?,
-            ..VehiclePhysics::default()
+        let kinds = [
+            QueryKind::VehicleBody,
+            QueryKind::VehicleEngine,
+            QueryKind::VehicleGearbox,
+            QueryKind::VehicleSteering,
+        ];
+        let parts = kinds.map(|kind| Query::new(kind, actor_id, 0));
+        let responses = self.connection.query(what, &parts, self.deadline)?;
+        let [body, engine, gearbox, steering] = &responses[..] else {
+            let why = format!("{} responses to {} queries", responses.len(), parts.len());
+            return Err(ClientError::refused(what, Refusal::other(why)));
         };
-        for index in 0..physics.body.wheels {
-            physics.wheels.push(self.one(what, actor_id, index)?);
-        }
-        Ok(physics)
+        let body: VehicleBody = read(what, body)?;
+        let wheel = |index| Query::new(QueryKind::VehicleWheel, actor_id, index);
+        let wheels: Vec<_> = (0..body.wheels).map(wheel).collect();
+        Ok(VehiclePhysics {
+            body,
+            engine: read(what, engine)?,
+            gearbox: read(what, gearbox)?,
+            steering: read(what, steering)?,
+            wheels: self.all(what, &wheels)?,
+        })
     }
 
     /// Returns the motion of a vehicle, and the forces and slips of each wheel.
@@ -111,9 +123,11 @@ impl Queries {
             return Ok(Vec::new());
         }
         let responses = self.connection.query(what, queries, self.deadline)?;
-        let body = |one: &protocol::Response| {
-            one.body().map_err(|refusal| ClientError::refused(what, refusal))
-        };
-        responses.iter().map(body).collect()
+        responses.iter().map(|one| read(what, one)).collect()
     }
+}
+
+/// Reads a response of the kind that was asked for.
+fn read<T: ResponseBody>(what: &'static str, response: &Response) -> Result<T, ClientError> {
+    response.body().map_err(|refusal| ClientError::refused(what, refusal))
 }

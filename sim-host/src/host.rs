@@ -8,7 +8,7 @@ use protocol::{Command, Episode, Frame, HideLayers, Outcome, StandingCommand};
 
 use crate::{
     HostError,
-    barrier::Barrier,
+    barrier::{Barrier, Verdict},
     bundles::Bundles,
     journal::{Inbox, JournalWriter},
     keyframes::Keyframes,
@@ -265,17 +265,37 @@ impl Host {
 
     /// Applies commands between two frames whose outcomes clients wait for.
     fn serve_urgent(&mut self) -> Result<(), HostError> {
-        if self.shell.inbox.drain(&self.shell.ports)? {
-            let requests = self.shell.inbox.take_urgent();
-            self.serve_requests(&requests)?;
-        }
-        self.shell.answer_queries(&self.sim)
+        serve_urgent(&mut self.sim, &mut self.shell)
     }
 
     fn serve_requests(&mut self, requests: &[Request]) -> Result<(), HostError> {
-        self.sim.apply_between_frames(requests, &mut self.shell)?;
-        self.shell.publish_early(&self.sim)
+        serve_requests(&mut self.sim, &mut self.shell, requests)
     }
+
+    /// Waits until all participants have arrived at `frame`. Clients are served meanwhile as between
+    /// two frames: the published frame changes no more, and none of them waits for what others
+    /// measure.
+    pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+        let Host { sim, shell } = self;
+        // What replaces the world waits for the end of the tick.
+        shell.is_ticking = true;
+        let verdict = shell.await_arrivals(frame, |shell| serve_urgent(sim, shell));
+        shell.is_ticking = false;
+        verdict
+    }
+}
+
+fn serve_urgent(sim: &mut Sim, shell: &mut Shell) -> Result<(), HostError> {
+    if shell.inbox.drain(&shell.ports)? {
+        let requests = shell.inbox.take_urgent();
+        serve_requests(sim, shell, &requests)?;
+    }
+    shell.answer_queries(sim)
+}
+
+fn serve_requests(sim: &mut Sim, shell: &mut Shell, requests: &[Request]) -> Result<(), HostError> {
+    sim.apply_between_frames(requests, shell)?;
+    shell.publish_early(sim)
 }
 
 /// Returns the catalogue in the form that participants read.

@@ -373,9 +373,15 @@ impl Shell {
         }
     }
 
-    pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
+    /// Waits until all participants have arrived at `frame`. Calls `serve` at first and whenever a
+    /// client or a participant has sent something.
+    pub(crate) fn await_arrivals(
+        &mut self,
+        frame: Frame,
+        serve: impl FnMut(&mut Shell) -> Result<(), HostError>,
+    ) -> Result<Verdict, HostError> {
         // In asynchronous mode the host waits for no participant.
-        self.await_all(frame, self.config.deadline_nanos, 0)
+        self.await_all(frame, self.config.deadline_nanos, 0, serve)
     }
 
     /// Waits until all participants have arrived at `frame`; in asynchronous mode, until those of
@@ -385,6 +391,7 @@ impl Shell {
         frame: Frame,
         timeout_nanos: Option<u64>,
         mask: u64,
+        mut serve: impl FnMut(&mut Shell) -> Result<(), HostError>,
     ) -> Result<Verdict, HostError> {
         let is_synchronous = self.settings.synchronous != 0;
         let deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
@@ -411,6 +418,7 @@ impl Shell {
                 }
                 return Ok(if is_synchronous { verdict } else { Verdict::Complete });
             }
+            serve(self)?;
             let (control, last) = (&self.control, last_count);
             let wake_nanos = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
             let new_count = control.host.listen(self.config.strategy, wake_nanos, || {

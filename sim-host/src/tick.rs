@@ -22,7 +22,7 @@ impl Host {
         let requests = self.drain_inputs()?;
         let outputs = self.step(&requests)?;
         self.shell.publish(&self.sim, &outputs)?;
-        let verdict = self.shell.await_arrivals(frame)?;
+        let verdict = self.await_arrivals(frame)?;
         self.shell.control.close(frame, ending(&verdict));
         Ok(frame)
     }

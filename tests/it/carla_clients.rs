@@ -8,7 +8,7 @@ use std::{
 };
 
 use carla_gateway::msgpack::{Budget, Pack, Value, read};
-use client_lib::{Client, Weather};
+use client_lib::{Client, Spawn, Weather};
 
 use crate::{
     carla::with_carla_server,
@@ -161,4 +161,29 @@ fn carla_s_clients_read_the_weather_that_a_native_client_has_set() {
     assert_eq!(cloudiness(&mut carla), Value::Float(77.0));
     drop((native, carla));
     sim.end();
+}
+
+/// A frame is published before it is measured: until the last participant has arrived, clients read
+/// and change the world as between two frames.
+#[test]
+fn clients_query_spawn_and_destroy_while_another_one_waits_for_its_tick() {
+    let (sim, _, mut waiting, mut agent) = held_by_an_agent();
+    let mut other = sim.client("other");
+    let pose = client_lib::spawn_poses(&other.map().unwrap())[0];
+    let begun = agent.frame();
+    let waiting = thread(move || {
+        waiting.call("tick_cue", 0, |_| {});
+        waiting
+    });
+    while agent.frame() == begun {
+        agent.await_frame().unwrap();
+    }
+    let car = other.spawn(Spawn::new("vehicle.audi.tt", pose)).unwrap();
+    assert_eq!(other.queries().vehicle_physics(car).unwrap().body.wheels, 4);
+    other.destroy(car).unwrap();
+    // The frame is open until the agent arrives.
+    agent.arrive();
+    drop((waiting.join().unwrap(), agent, other));
+    let log = sim.end();
+    assert!(!log.contains("panicked"), "{log}");
 }

@@ -146,6 +146,6 @@ impl Shell {
         self.set_lags(|_, _| 0);
         let stages = self.roles.keys().fold(0, |mask, slot| mask | 1 << slot);
         let timeout = self.config.deadline_nanos.map(|nanos| nanos.max(START_NANOS));
-        self.await_all(frame, timeout, stages)
+        self.await_all(frame, timeout, stages, |_| Ok(()))
     }
 }
