@@ -14,7 +14,7 @@ use crate::{
     blueprints,
     sensor::Sensor,
     stream,
-    trigger_volumes::{LaneVolume, carla_from_face, enclosing, lane_volumes},
+    trigger_volumes::SignalPlace,
     wire::{Actor, Attribute, Bounds, Description},
 };
 
@@ -41,8 +41,8 @@ pub(crate) struct Proxy {
 pub(crate) struct ProxyActors {
     known: BTreeMap<u32, Actor>,
     pub(crate) proxies: BTreeMap<u32, Proxy>,
-    /// By signal: where it applies to vehicles.
-    volumes: Vec<Vec<LaneVolume>>,
+    /// By signal: where it is and where it applies to vehicles.
+    signals: Vec<SignalPlace>,
     last_proxy: u32,
     last_stream: u32,
     stream_port: u16,
@@ -64,7 +64,7 @@ impl ProxyActors {
         let mut actors = ProxyActors {
             known: BTreeMap::new(),
             proxies: BTreeMap::new(),
-            volumes: network.signals().iter().map(|s| lane_volumes(network, s)).collect(),
+            signals: network.signals().iter().map(|s| SignalPlace::new(network, s)).collect(),
             last_proxy: FIRST_PROXY - 1,
             last_stream,
             stream_port,
@@ -75,17 +75,13 @@ impl ProxyActors {
         for (index, signal) in network.signals().iter().enumerate().filter(|(_, s)| !s.dynamic) {
             let Some(id) = sign_type(signal) else { continue };
             let description = Description { uid: 0, id, attributes: Vec::new() };
-            let turn = signal.pose.rotation().as_quat();
-            let face = Pose::new(signal.pose.position.as_vec3(), turn);
-            let pose = carla_from_face(&face);
-            let id = actors.add_proxy(description, 0, pose, None);
+            let id = actors.add_proxy(description, 0, actors.signals[index].pose, None);
             if let Some(proxy) = actors.proxies.get_mut(&id) {
                 proxy.sign.clone_from(&signal.id);
             }
             if let Some(actor) = actors.known.get_mut(&id) {
                 actor.tag = TRAFFIC_SIGN;
-                let volume = enclosing(&actors.volumes[index], &pose, id);
-                actor.bounds = volume.unwrap_or(actor.bounds);
+                actor.bounds = actors.signals[index].bounds(id).unwrap_or(actor.bounds);
             }
         }
         actors
@@ -132,10 +128,8 @@ impl ProxyActors {
             let info = blueprints.get(state.blueprint as usize)?;
             let mut actor = on_bus(id, describe(state, info), info);
             if state.kind == kind::TRAFFIC_LIGHT {
-                let volumes =
-                    self.volumes.get(state.signal as usize).map_or(&[][..], Vec::as_slice);
-                let volume = enclosing(volumes, &carla_from_face(&state.pose), id);
-                actor.bounds = volume.unwrap_or(actor.bounds);
+                let place = self.signals.get(state.signal as usize);
+                actor.bounds = place.and_then(|place| place.bounds(id)).unwrap_or(actor.bounds);
             }
             room.insert(actor);
         }
@@ -187,6 +181,11 @@ impl ProxyActors {
             Some(carrier) => (carrier.pose.then(&proxy.pose), carrier.velocity_mps),
             None => (proxy.pose, [0.0; 3]),
         }
+    }
+
+    /// Returns the pose of a traffic light as clients see it.
+    pub(crate) fn light_pose(&self, light: &ActorState) -> Pose {
+        self.signals.get(light.signal as usize).map_or(light.pose, |place| place.pose)
     }
 
     /// Returns the sensor whose measurements a stream contains.

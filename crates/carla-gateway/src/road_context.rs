@@ -11,7 +11,7 @@ use road::{LaneTypes, Network};
 
 use crate::{
     state::RoadContext,
-    trigger_volumes::{LaneVolume, lane_volumes},
+    trigger_volumes::{LaneVolume, SignalPlace},
 };
 
 /// The speed limit of a vehicle is looked up every this many frames.
@@ -36,7 +36,7 @@ impl RoadContexts {
     pub(crate) fn new(network: &Arc<Network>) -> RoadContexts {
         let mut volumes: BTreeMap<[i32; 2], Vec<(u32, LaneVolume)>> = BTreeMap::new();
         for (signal, index) in network.signals().iter().zip(0u32..).filter(|(s, _)| s.dynamic) {
-            for volume in lane_volumes(network, signal) {
+            for volume in SignalPlace::new(network, signal).volumes {
                 let [x, y] = cell(volume.center);
                 let around = (x - 1..=x + 1).flat_map(|x| (y - 1..=y + 1).map(move |y| [x, y]));
                 around.for_each(|at| volumes.entry(at).or_default().push((index, volume)));

@@ -4,11 +4,9 @@
 //! gives clients one box around them in the space of the actor, whose x axis points across the road,
 //! to the right of the approaching traffic.
 
-use std::f32::consts::FRAC_PI_2;
-
 use client_lib::Pose;
-use glam::{Quat, Vec2, Vec3};
-use road::{LaneType, Network, Signal};
+use glam::{DVec3, Vec2, Vec3};
+use road::{LaneIndex, LaneType, Network, Signal};
 
 use crate::wire::Bounds;
 
@@ -16,14 +14,18 @@ use crate::wire::Bounds;
 const BEFORE_SIGNAL_M: f64 = 3.0;
 /// Half the length of the box along the lane. Metres.
 const HALF_LENGTH_M: f32 = 1.5;
+/// From the edge of the box to that of the lane, so that no point of the box belongs to a lane beside
+/// it. Metres.
+const EDGE_M: f32 = 0.2;
 /// Half the height of the box. Metres.
 const HALF_HEIGHT_M: f32 = 1.0;
-/// The cosine of the angle between approach lanes up to which one box encloses both.
+/// The cosine of the angle between approach lanes up to which they belong to one signal.
 const SAME_DIRECTION: f32 = 0.5;
 
 /// The box of one signal on one approach lane. World space.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct LaneVolume {
+    pub(crate) lane: LaneIndex,
     pub(crate) center: Vec3,
     /// Unit vector in driving direction.
     pub(crate) along: Vec2,
@@ -58,109 +60,164 @@ impl LaneVolume {
 }
 
 /// Returns the boxes of a signal.
-pub(crate) fn lane_volumes(network: &Network, signal: &Signal) -> Vec<LaneVolume> {
+fn lane_volumes(network: &Network, signal: &Signal) -> Vec<LaneVolume> {
     let approaches = network.approaches(signal).into_iter();
     let driven = approaches.filter(|at| network.lane(at.lane).kind == LaneType::Driving);
     driven
         .map(|at| {
-            let along_m = (at.along_m - BEFORE_SIGNAL_M).max(0.0);
+            // On a short lane, halfway to its start, where other lanes begin as well.
+            let along_m = (at.along_m - BEFORE_SIGNAL_M).max(0.5 * at.along_m);
             let pose = network.place_at(at.lane, along_m, 0.0);
             let width_m = network.width(road::LanePoint { along_m, ..at });
             LaneVolume {
+                lane: at.lane,
                 center: pose.position.as_vec3(),
                 along: Vec2::from_angle(pose.heading_rad as f32),
-                half_width_m: (0.5 * width_m as f32).max(0.01),
+                half_width_m: (0.5 * width_m as f32 - EDGE_M).max(0.01),
             }
         })
         .collect()
 }
 
-/// Converts the pose of a light's or sign's face, whose x axis points to the approaching traffic, into
-/// that of CARLA's actor: a rotation by 90 degrees about z.
-pub(crate) fn carla_from_face(face: &Pose) -> Pose {
-    face.then(&Pose::new(Vec3::ZERO, Quat::from_rotation_z(FRAC_PI_2)))
+/// Where CARLA's clients see a traffic light or sign, and where it applies.
+pub(crate) struct SignalPlace {
+    /// The pose of the actor: at the foot of the signal, with the x axis across its approach lanes.
+    ///
+    /// Clients look for the lanes of a signal along this axis, so that it follows the lanes. The face
+    /// of a signal may be turned by any angle against them.
+    pub(crate) pose: Pose,
+    /// On each approach lane.
+    pub(crate) volumes: Vec<LaneVolume>,
+    /// Those of one direction, which the face is turned to if there are several.
+    faced: Vec<LaneVolume>,
 }
 
-/// Returns the box around those of a signal that its face is turned to, in the space of CARLA's actor
-/// at `pose`. `None` without an approach lane.
-pub(crate) fn enclosing(volumes: &[LaneVolume], pose: &Pose, actor: u32) -> Option<Bounds> {
-    let across = pose.rotation() * Vec3::X;
-    let faced = across.truncate().perp().normalize_or(Vec2::Y);
-    let turned_to = |way: Vec2| {
-        let same = |volume: &&LaneVolume| volume.along.dot(way) > SAME_DIRECTION;
-        volumes.iter().filter(same).collect::<Vec<_>>()
-    };
-    let mut chosen = turned_to(faced);
-    if chosen.is_empty() {
-        chosen = turned_to(volumes.first()?.along);
+impl SignalPlace {
+    pub(crate) fn new(network: &Network, signal: &Signal) -> SignalPlace {
+        let volumes = lane_volumes(network, signal);
+        let face = Vec2::from_angle(signal.pose.heading_rad as f32);
+        let turned_to = |way: Vec2| {
+            let same = |volume: &LaneVolume| volume.along.dot(way) > SAME_DIRECTION;
+            volumes.iter().copied().filter(same).collect::<Vec<_>>()
+        };
+        let mut faced = turned_to(-face);
+        if let Some(first) = volumes.first().filter(|_| faced.is_empty()) {
+            faced = turned_to(first.along);
+        }
+        let along = faced.iter().map(|volume| volume.along).sum::<Vec2>().normalize_or(-face);
+        let across = -along.perp();
+        let foot = signal.pose.position - DVec3::Z * signal.z_offset_m;
+        SignalPlace { pose: Pose::level(foot.as_vec3(), across.to_angle()), volumes, faced }
     }
-    let actor_from_world = pose.rotation().inverse();
-    let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
-    for volume in chosen {
-        let center = actor_from_world * (volume.center - pose.position());
-        let half = Vec3::new(volume.half_width_m, HALF_LENGTH_M, HALF_HEIGHT_M);
-        (low, high) = (low.min(center - half), high.max(center + half));
+
+    /// Returns the box around the volumes, in the space of the actor. `None` without an approach lane.
+    ///
+    /// Its middle line crosses every approach lane before that lane ends, also where the lanes of one
+    /// approach end one after another.
+    pub(crate) fn bounds(&self, actor: u32) -> Option<Bounds> {
+        let (mut low, mut high) = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+        for volume in &self.faced {
+            let center = self.pose.rotation().inverse() * (volume.center - self.pose.position());
+            let half = Vec3::new(volume.half_width_m, HALF_LENGTH_M, HALF_HEIGHT_M);
+            (low, high) = (low.min(center - half), high.max(center + half));
+        }
+        high.y = high.y.min(low.y + 2.0 * HALF_LENGTH_M);
+        (!self.faced.is_empty()).then(|| Bounds {
+            center_m: (0.5 * (low + high)).to_array(),
+            half_extents_m: (0.5 * (high - low)).to_array(),
+            yaw_rad: 0.0,
+            actor,
+        })
     }
-    Some(Bounds {
-        center_m: (0.5 * (low + high)).to_array(),
-        half_extents_m: (0.5 * (high - low)).to_array(),
-        yaw_rad: 0.0,
-        actor,
-    })
 }
 
 #[cfg(test)]
 mod tests {
-    use std::{collections::BTreeSet, path::PathBuf};
+    use std::{
+        collections::{BTreeMap, BTreeSet},
+        path::PathBuf,
+    };
 
-    use road::LaneTypes;
+    use road::{LanePoint, LaneTypes};
 
     use super::*;
 
-    /// Name and text of a town and, if `OMNIBUS_MAPS` names a folder with it, of CARLA's Town10HD.
+    /// Name and text of a town, and of each map in the folder that `OMNIBUS_MAPS` names.
     fn maps() -> Vec<(String, String)> {
-        let mut maps = vec![("Town01".to_owned(), mapgen::named("Town01").unwrap())];
+        let towns = ["Town01", "Town03", "Town05", "Town10HD", "Millbrook"];
+        let named = |name: &str| (name.to_owned(), mapgen::named(name).unwrap());
+        let mut maps: Vec<_> = towns.into_iter().map(named).collect();
         if let Some(folder) = std::env::var_os("OMNIBUS_MAPS").map(PathBuf::from) {
             let paths = std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
-            let named = |path: &PathBuf| path.to_string_lossy().ends_with("Town10HD.xodr");
-            for path in paths.filter(named) {
+            for path in paths.filter(|path| path.extension().is_some_and(|e| e == "xodr")) {
                 maps.push((path.display().to_string(), std::fs::read_to_string(path).unwrap()));
             }
         }
         maps
     }
 
-    /// Samples the volume as CARLA's client does in `get_stop_waypoints`.
+    /// Returns the lanes that CARLA's client finds in `get_stop_waypoints`, with their points.
+    fn stop_points(network: &Network, place: &SignalPlace, bounds: &Bounds) -> Vec<LanePoint> {
+        let half = bounds.half_extents_m[0];
+        let steps = (0u16..).map(|step| f32::from(step) - 0.9 * half);
+        let mut found = BTreeMap::new();
+        for x in steps.take_while(|x| *x < 0.9 * half) {
+            let at = Vec3::from(bounds.center_m) + Vec3::X * x;
+            let at = place.pose.position() + place.pose.rotation() * at;
+            let point = network.nearest(at.as_dvec3(), LaneTypes::DRIVING).unwrap();
+            found.entry(point.lane).or_insert(point.along_m);
+        }
+        found.into_iter().map(|(lane, along_m)| LanePoint { lane, along_m }).collect()
+    }
+
     #[test]
-    fn stop_waypoints_are_one_on_each_approach_lane_outside_the_junction() {
+    fn stop_waypoints_are_on_each_approach_lane_before_the_junction() {
+        let mut wrong = Vec::new();
         for (name, text) in maps() {
             let network = Network::parse(&text).unwrap();
             for signal in network.signals().iter().filter(|signal| signal.dynamic) {
-                let face =
-                    Pose::level(signal.pose.position.as_vec3(), signal.pose.heading_rad as f32);
-                let pose = carla_from_face(&face);
-                let volumes = lane_volumes(&network, signal);
-                let Some(volume) = enclosing(&volumes, &pose, 1) else { continue };
-                let half = volume.half_extents_m[0];
-                let steps = (0u16..).map(|step| f32::from(step) - 0.9 * half);
-                let lanes: BTreeSet<_> = steps
-                    .take_while(|x| *x < 0.9 * half)
-                    .map(|x| Vec3::from(volume.center_m) + Vec3::X * x)
-                    .map(|at| (pose.position() + pose.rotation() * at).as_dvec3())
-                    .map(|at| network.nearest(at, LaneTypes::DRIVING).unwrap().lane)
-                    .collect();
-                let what = format!("signal {} of {name}: {lanes:?}", signal.id);
-                assert!(lanes.iter().all(|lane| network.lane(*lane).junction.is_none()), "{what}");
-                let expected = network.approaches(signal).iter().map(|at| at.lane).collect();
-                assert_eq!(lanes, expected, "{what}");
+                let place = SignalPlace::new(&network, signal);
+                let Some(bounds) = place.bounds(1) else { continue };
+                let along = place.pose.rotation() * Vec3::Y;
+                let points = stop_points(&network, &place, &bounds);
+                let mut lanes: BTreeSet<_> = points.iter().map(|at| at.lane).collect();
+                let what = format!("signal {} of {name}: {points:?}", signal.id);
+                // The map of Acosta draws lanes of two directions over each other.
+                let is_drawn_over = |at: &LanePoint| {
+                    let center = network.place_at(at.lane, at.along_m, 0.0).position.as_vec3();
+                    let across =
+                        |v: &LaneVolume| (center - v.center).truncate().dot(v.along.perp());
+                    place.faced.iter().any(|v| across(v).abs() < v.half_width_m)
+                };
+                for at in &points {
+                    let lane = network.lane(at.lane);
+                    let pose = network.place_at(at.lane, at.along_m, 0.0);
+                    let way = Vec2::from_angle(pose.heading_rad as f32);
+                    let is_opposed = way.dot(along.truncate()) < SAME_DIRECTION;
+                    if lane.junction.is_some() || is_opposed && !is_drawn_over(at) {
+                        wrong.push(format!("{at:?} of {what}"));
+                    }
+                    if is_opposed {
+                        lanes.remove(&at.lane);
+                    }
+                }
+                let expected: BTreeSet<_> = place.faced.iter().map(|v| v.lane).collect();
+                if lanes != expected {
+                    wrong.push(format!("lanes {expected:?} {what}"));
+                }
             }
         }
+        assert!(wrong.is_empty(), "{}: {}", wrong.len(), wrong.join("\n"));
     }
 
     #[test]
     fn a_vehicle_touches_the_volume_of_its_own_lane_only() {
-        let volume =
-            LaneVolume { center: Vec3::new(50.0, 20.0, 1.0), along: Vec2::X, half_width_m: 1.75 };
+        let volume = LaneVolume {
+            lane: LaneIndex(0),
+            center: Vec3::new(50.0, 20.0, 1.0),
+            along: Vec2::X,
+            half_width_m: 1.75,
+        };
         let touches = |x: f32, y: f32, z: f32| {
             let pose = Pose::level(Vec3::new(x, y, z), 0.0);
             volume.touches(&pose, [0.0, 0.0, 0.75], [2.4, 1.0, 0.75])

@@ -15,7 +15,6 @@ use crate::{
     state::{Moment, StateMessage},
     stream::{Streams, WORLD},
     textures,
-    trigger_volumes::carla_from_face,
 };
 
 /// The state of publication: the last published frame, and the start of the platform clock.
@@ -68,7 +67,7 @@ impl Publisher {
             match actor.kind {
                 kind::TRAFFIC_LIGHT => {
                     let (sign, pole, timing) = episode.traffic_lights.of(actor, &moment);
-                    let pose = carla_from_face(&actor.pose);
+                    let pose = episode.actors.light_pose(actor);
                     state.light(&ActorState { pose, ..*actor }, sign, pole, &timing);
                 }
                 kind::VEHICLE => {

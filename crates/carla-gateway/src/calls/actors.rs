@@ -2,7 +2,7 @@
 
 use client_lib::{
     ActorId, Pose, Refusal, RefusalCode, Spawn,
-    wire::{Autopilot, Command, SetDead},
+    wire::{Autopilot, Command, SetDead, kind},
 };
 
 use crate::{
@@ -13,7 +13,6 @@ use crate::{
     proxy_actors::{ProxyActors, SPECTATOR},
     sensor::Sensor,
     shared_bridge::LockedBridge,
-    trigger_volumes::carla_from_face,
     wire::{Description, transform},
 };
 
@@ -104,9 +103,17 @@ impl LockedBridge<'_> {
         {
             return Err(unknown("spawn_actor_with_parent", parent));
         }
-        // Clients give the pose in the space of CARLA's actor.
-        let is_on_light = self.episode.traffic_lights.contains(parent);
-        let pose = if is_on_light { carla_from_face(&Pose::IDENTITY).then(&pose) } else { pose };
+        // Clients give the pose in the space of CARLA's actor, which is not the one on the bus.
+        let light =
+            self.client.world().state(ActorId(parent)).filter(|a| a.kind == kind::TRAFFIC_LIGHT);
+        let pose = light.map_or(pose, |light| {
+            let in_world = self.episode.actors.light_pose(light).then(&pose);
+            let turn = light.pose.rotation().inverse();
+            Pose::new(
+                turn * (in_world.position() - light.pose.position()),
+                turn * in_world.rotation(),
+            )
+        });
         if description.id.starts_with("sensor.") {
             let stream = self.episode.actors.next_stream();
             let sensor = Sensor::new(description.clone(), stream)?;
