@@ -1,4 +1,4 @@
-//! Conflict areas between the tracks of a junction.
+//! Conflict areas between the tracks of a conflict zone: a junction, or a narrow curve.
 //!
 //! Two tracks *conflict* where a vehicle on one leaves no room for a vehicle on the other, which
 //! depends on the size of both. Tracks that share their entry do not conflict: car following
@@ -79,7 +79,7 @@ impl Conflict {
     }
 }
 
-/// The conflicts of all junctions, by lane.
+/// The conflicts of all zones, by lane.
 pub(crate) struct Conflicts {
     first: Vec<u32>,
     list: Vec<Conflict>,
@@ -89,10 +89,10 @@ pub(crate) struct Conflicts {
 }
 
 impl Conflicts {
-    /// Compares the tracks of every junction pairwise.
+    /// Compares the tracks of every zone pairwise.
     pub(crate) fn new(tracks: &Tracks) -> Conflicts {
         let lanes = tracks.count();
-        let members = junction_members(tracks);
+        let members = zone_members(tracks);
         let mut found: Vec<(u32, Conflict)> = Vec::new();
         let mut setback_m = vec![0.0; lanes];
         for lanes in &members {
@@ -112,7 +112,7 @@ impl Conflicts {
                 }
             }
             for (a, &lane) in lanes.iter().enumerate() {
-                for &entry in tracks.previous(lane).iter().filter(|&&l| !tracks.in_junction(l)) {
+                for &entry in tracks.previous(lane).iter().filter(|&&l| !tracks.in_zone(l)) {
                     for (b, other) in paths.iter().enumerate() {
                         if a != b && !ends[b].entries.contains(&entry) {
                             let swept = swept(tracks, entry, &other.stations);
@@ -141,16 +141,16 @@ impl Conflicts {
     }
 }
 
-/// Returns the tracks of each junction, ascending.
-fn junction_members(tracks: &Tracks) -> Vec<Vec<u32>> {
+/// Returns the tracks of each conflict zone, ascending.
+fn zone_members(tracks: &Tracks) -> Vec<Vec<u32>> {
     let mut members: Vec<Vec<u32>> = Vec::new();
     for lane in 0..tracks.count() as u32 {
-        let junction = tracks.junction[lane as usize];
-        if junction != NONE && tracks.has(lane) {
-            if members.len() <= junction as usize {
-                members.resize(junction as usize + 1, Vec::new());
+        let zone = tracks.zone[lane as usize];
+        if zone != NONE && tracks.has(lane) {
+            if members.len() <= zone as usize {
+                members.resize(zone as usize + 1, Vec::new());
             }
-            members[junction as usize].push(lane);
+            members[zone as usize].push(lane);
         }
     }
     members
@@ -173,11 +173,11 @@ impl Ends {
 
 /// Returns the lanes outside the junction that are reached by `step` through lanes of it.
 fn outside<'a>(tracks: &'a Tracks, lane: u32, step: fn(&'a Tracks, u32) -> &'a [u32]) -> Vec<u32> {
-    let junction = tracks.junction[lane as usize];
+    let zone = tracks.zone[lane as usize];
     let (mut seen, mut found, mut open) = (vec![lane], Vec::new(), vec![lane]);
     while let Some(at) = open.pop() {
         for &to in step(tracks, at) {
-            if tracks.junction[to as usize] != junction {
+            if tracks.zone[to as usize] != zone {
                 found.push(to);
             } else if !seen.contains(&to) {
                 seen.push(to);
@@ -285,4 +285,33 @@ fn swept(tracks: &Tracks, entry: u32, path: &[Station]) -> f32 {
             path.iter().any(|station| station.arc_m >= 0.0 && touches(point, station))
         })
         .map_or(0.0, |index| length - index as f32 * step + 0.5)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::maps;
+
+    /// Returns the lanes of zones, and whether cars and buses conflict in them.
+    fn zones(network: &road::Network) -> (usize, bool, bool) {
+        let tracks = Tracks::new(network);
+        let conflicts = Conflicts::new(&tracks);
+        let lanes: Vec<u32> =
+            (0..tracks.count() as u32).filter(|&lane| tracks.in_zone(lane)).collect();
+        let any = |wide: bool| {
+            let all = lanes.iter().flat_map(|&lane| conflicts.of(lane));
+            all.into_iter().any(|conflict| conflict.between(wide).is_some())
+        };
+        (lanes.len(), any(false), any(true))
+    }
+
+    #[test]
+    fn buses_and_oncoming_traffic_take_turns_in_a_narrow_bend() {
+        let (lanes, cars, buses) = zones(&maps::two_way_loop(8.0, 60.0));
+        assert_eq!((lanes, buses), (8, true), "two lanes in each of four bends");
+        assert!(!cars, "cars pass each other");
+        // Wide bends, and those without oncoming traffic, need no order.
+        assert_eq!(zones(&maps::two_way_loop(30.0, 60.0)).0, 0);
+        assert_eq!(zones(&maps::loop_road(8.0, 60.0)).0, 0);
+    }
 }

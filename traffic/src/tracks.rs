@@ -13,6 +13,11 @@ pub(crate) const TURN_RAD: f32 = 0.61;
 /// Largest number of consecutive lanes of a path through a junction.
 const LINKS_MAX: usize = 64;
 
+/// Radius of a bend below which a bus leaves its lane. Metres.
+const BEND_RADIUS_M: f32 = 14.0;
+/// Length up to which a section with such a bend is a conflict zone, within which no vehicle waits.
+const BEND_MAX_M: f32 = 45.0;
+
 /// No lane.
 pub(crate) const NONE: u32 = u32::MAX;
 
@@ -52,6 +57,9 @@ pub(crate) struct Tracks {
     pub(crate) limit_mps: Vec<f32>,
     /// Junction index, or [`NONE`], by lane.
     pub(crate) junction: Vec<u32>,
+    /// Index of the conflict zone, or [`NONE`], by lane: a junction, with the index of the junction,
+    /// or a narrow curve.
+    pub(crate) zone: Vec<u32>,
     /// The left neighbour with the same driving direction, or [`NONE`], by lane.
     pub(crate) left: Vec<u32>,
     /// The right neighbour with the same driving direction, or [`NONE`], by lane.
@@ -128,6 +136,7 @@ impl Tracks {
             step_m: Vec::with_capacity(lanes.len()),
             limit_mps: limits(network),
             junction: lanes.iter().map(|lane| lane.junction.unwrap_or(NONE)).collect(),
+            zone: Vec::new(),
             left: lanes.iter().map(|l| neighbour(l, l.left)).collect(),
             right: lanes.iter().map(|l| neighbour(l, l.right)).collect(),
             oncoming: lanes.iter().map(|l| f32::from(oncoming(network, l))).collect(),
@@ -161,6 +170,7 @@ impl Tracks {
         }
         tracks.first.push(tracks.point.len() as u32);
         tracks.endless = endless(&tracks);
+        tracks.zone = zones(&tracks, network);
         for lane in 0..lanes.len() as u32 {
             tracks.set_curve_speed(lane);
         }
@@ -195,6 +205,17 @@ impl Tracks {
     /// Returns whether `lane` lies in a junction.
     pub(crate) fn in_junction(&self, lane: u32) -> bool {
         self.junction[lane as usize] != NONE
+    }
+
+    /// Returns whether `lane` lies in a conflict zone.
+    pub(crate) fn in_zone(&self, lane: u32) -> bool {
+        self.zone[lane as usize] != NONE
+    }
+
+    /// Returns the highest curvature of `lane`, whatever its sign.
+    fn sharpest(&self, lane: u32) -> f32 {
+        let (first, count) = (self.first[lane as usize] as usize, self.samples(lane).0);
+        self.curvature[first..first + count].iter().fold(0.0, |most, one| most.max(one.abs()))
     }
 
     /// Returns the change of direction of a path through a junction from its first lane to its
@@ -383,6 +404,37 @@ impl Tracks {
         }
         self.top_curve_speed.push(self.curve_speed[first..].iter().copied().fold(0.0, f32::max));
     }
+}
+
+/// Returns the conflict zones: junctions, and narrow curves. A narrow curve is a short section of a
+/// road with oncoming traffic and a bend in which a bus needs the oncoming lane too: vehicles that
+/// do not leave it to a bus and its oncoming traffic one after the other would block each other for
+/// ever.
+fn zones(tracks: &Tracks, network: &Network) -> Vec<u32> {
+    let mut zones = tracks.junction.clone();
+    let mut count = network.junctions().len() as u32;
+    let is_bend = |lane: u32| {
+        tracks.has(lane)
+            && !tracks.in_junction(lane)
+            && tracks.oncoming[lane as usize] != 0.0
+            && tracks.length(lane) < BEND_MAX_M
+            && tracks.sharpest(lane) > 1.0 / BEND_RADIUS_M
+    };
+    let mut sections: Vec<((u32, u32), u32)> = (0..tracks.count() as u32)
+        .filter(|&lane| is_bend(lane))
+        .map(|lane| {
+            let of = network.lane(LaneIndex(lane));
+            ((of.road, of.section), lane)
+        })
+        .collect();
+    sections.sort_unstable();
+    for lanes in sections.chunk_by(|a, b| a.0 == b.0).filter(|lanes| lanes.len() > 1) {
+        for &(_, lane) in lanes {
+            zones[lane as usize] = count;
+        }
+        count += 1;
+    }
+    zones
 }
 
 /// Returns the side of an adjacent oncoming lane: 1 left, −1 right, 0 neither.

@@ -68,7 +68,7 @@ impl Junctions {
 /// Returns the lane by which a row will reach the next junction.
 fn entry_lane(vehicles: &VehicleTable, row: usize, view: &View) -> Option<u32> {
     let lanes = vehicles.route[row].lanes();
-    let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_junction(lane))?;
+    let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_zone(lane))?;
     Some(lanes[entry])
 }
 

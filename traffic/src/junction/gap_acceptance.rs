@@ -140,7 +140,7 @@ impl Junctions {
         let (mut room, mut blocker) = (f32::INFINITY, own);
         for (k, &lane) in lanes.iter().enumerate().skip(request.to) {
             let start = self.start(row, k);
-            if start - begin > need + 1.0 || (k > request.to && tracks.in_junction(lane)) {
+            if start - begin > need + 1.0 || (k > request.to && tracks.in_zone(lane)) {
                 break;
             }
             for occupant in view.occupancy.on(lane) {
@@ -176,7 +176,7 @@ impl Junctions {
     fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
         let lanes = vehicles.route[row].lanes();
         let next = (reserved_lanes(vehicles, row)..lanes.len())
-            .find(|&k| view.map.tracks.in_junction(lanes[k]));
+            .find(|&k| view.map.tracks.in_zone(lanes[k]));
         next.map_or(f32::INFINITY, |k| {
             self.start(row, k) - view.map.approaches.line_m[lanes[k] as usize]
         })

@@ -18,7 +18,7 @@ impl Junctions {
             }
             let lanes = vehicles.route[row].lanes();
             for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
-                if tracks.in_junction(lane) {
+                if tracks.in_zone(lane) {
                     let top_mps = self.top_mps(vehicles, row, k, view);
                     self.holders.push(Presence {
                         lane,
@@ -33,7 +33,7 @@ impl Junctions {
         for request in self.requests.iter().filter(|request| !request.red) {
             let lanes = vehicles.route[request.row].lanes();
             for (k, &lane) in request_lanes(lanes, request) {
-                if tracks.in_junction(lane) {
+                if tracks.in_zone(lane) {
                     let top_mps = self.top_mps(vehicles, request.row, k, view);
                     self.approaching.push(Presence {
                         lane,
@@ -66,7 +66,7 @@ impl Junctions {
                 if occupant.aligned < 0.8 || occupant.speed_mps < 0.5 {
                     continue;
                 }
-                if tracks.in_junction(lane) {
+                if tracks.in_zone(lane) {
                     let start_m = -occupant.front_m;
                     let top_mps = f32::INFINITY;
                     let agent = agent as u32;
@@ -74,7 +74,7 @@ impl Junctions {
                 }
                 let left_m = tracks.length(lane) - occupant.front_m;
                 if left_m < 3.0 * occupant.speed_mps {
-                    for &next in tracks.next(lane).iter().filter(|&&l| tracks.in_junction(l)) {
+                    for &next in tracks.next(lane).iter().filter(|&&l| tracks.in_zone(l)) {
                         self.holders.push(Presence {
                             lane: next,
                             agent: agent as u32,

@@ -66,7 +66,7 @@ impl Junctions {
             if self.start(row, k) > horizon.max(8.0 * speed) {
                 return None;
             }
-            if !map.tracks.in_junction(lanes[k]) {
+            if !map.tracks.in_zone(lanes[k]) {
                 k += 1;
                 continue;
             }
@@ -107,12 +107,12 @@ impl Junctions {
         let body = view.agents.body[view.agents.driven[row] as usize];
         let mut to = from;
         loop {
-            while to < lanes.len() && tracks.in_junction(lanes[to]) {
+            while to < lanes.len() && tracks.in_zone(lanes[to]) {
                 to += 1;
             }
             let mut room = 0.0;
             let mut next = to;
-            while next < lanes.len() && !tracks.in_junction(lanes[next]) {
+            while next < lanes.len() && !tracks.in_zone(lanes[next]) {
                 room += tracks.length(lanes[next]);
                 next += 1;
             }
@@ -145,9 +145,7 @@ impl Junctions {
         let lanes = vehicles.route[row].lanes();
         let first = lanes[from] as usize;
         let mut last = from;
-        while last + 1 < to
-            && map.tracks.junction[lanes[last + 1] as usize] == map.tracks.junction[first]
-        {
+        while last + 1 < to && map.tracks.zone[lanes[last + 1] as usize] == map.tracks.zone[first] {
             last += 1;
         }
         let entry_direction = map.tracks.at(lanes[from], 0.0).1;
@@ -182,7 +180,7 @@ impl Junctions {
             let from_right = self.requests.iter().filter(|other| {
                 let from = vehicles.route[other.row].lanes()[other.from];
                 other.rank == own_request.rank
-                    && tracks.junction[from as usize] == tracks.junction[lane as usize]
+                    && tracks.zone[from as usize] == tracks.zone[lane as usize]
                     && bucket(vehicles, other) == bucket(vehicles, &own_request)
                     && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
             });

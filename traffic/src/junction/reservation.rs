@@ -22,21 +22,20 @@ impl Junctions {
         let (tracks, lanes) = (&view.map.tracks, vehicles.route[row].lanes());
         let end = reserved_lanes(vehicles, row).min(lanes.len());
         let speed = view.agents.speed(view.agents.driven[row] as usize);
-        let enters = |k: usize| {
-            tracks.in_junction(lanes[k]) && (k == 0 || !tracks.in_junction(lanes[k - 1]))
-        };
+        let enters =
+            |k: usize| tracks.in_zone(lanes[k]) && (k == 0 || !tracks.in_zone(lanes[k - 1]));
         let withdrawn = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
             let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
             let brake_limit = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
             let stoppable = speed * speed < brake_limit || speed < 0.5;
             // Between two junctions without room between them the vehicle would obstruct others.
-            let outside = !(0..from).any(|k| tracks.in_junction(lanes[k]));
+            let outside = !(0..from).any(|k| tracks.in_zone(lanes[k]));
             let light = self.light(vehicles, row, from, view);
             let stopped = outside && (light == light::RED || light == light::YELLOW);
             stoppable && (stopped || vehicles.reservation_idle_s[row] > 4.0)
         });
         let Some(from) = withdrawn else { return };
-        if (0..from).any(|k| tracks.in_junction(lanes[k])) {
+        if (0..from).any(|k| tracks.in_zone(lanes[k])) {
             vehicles.reservation_end[row] =
                 vehicles.route[row].lanes_passed.wrapping_add(from as u32);
         } else {
@@ -66,7 +65,7 @@ impl Junctions {
         vehicles.reservation_idle_s[row] = 0.0;
         let lanes = vehicles.route[row].lanes();
         for (k, &lane) in request_lanes(lanes, request) {
-            if view.map.tracks.in_junction(lane) {
+            if view.map.tracks.in_zone(lane) {
                 let presence = Presence {
                     lane,
                     agent: view.agents.driven[row],

@@ -71,26 +71,31 @@ fn crossing_text() -> String {
 /// Returns a one-way lane in a loop to the left: four quarter circles, with straight roads between
 /// them unless `straight_m` is 0.
 pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
-    loop_lanes(radius_m, straight_m, 1)
+    loop_lanes(radius_m, straight_m, 1, false)
 }
 
 /// Returns a loop with two lanes, between which changes are allowed; its first straight is 600 m
 /// along x, with lane -1 about y = -1.75 and -2 about y = -5.25.
 pub(super) fn two_lanes() -> Arc<Network> {
-    loop_lanes(60.0, 600.0, 2)
+    loop_lanes(60.0, 600.0, 2, false)
 }
 
-fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32) -> Arc<Network> {
-    let lanes: String = (1..=lanes)
-        .map(|id| {
-            format!(
-                r#"<lane id="-{id}" type="driving" level="false">
-                <link><predecessor id="-{id}"/><successor id="-{id}"/></link>
-                <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
-                weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
-            )
-        })
-        .collect();
+/// Returns a loop with a lane each way: four quarter circles, with straight roads between them.
+pub(crate) fn two_way_loop(radius_m: f64, straight_m: f64) -> Arc<Network> {
+    loop_lanes(radius_m, straight_m, 1, true)
+}
+
+fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32, both_ways: bool) -> Arc<Network> {
+    let lane = |id: i32| {
+        format!(
+            r#"<lane id="{id}" type="driving" level="false">
+            <link><predecessor id="{id}"/><successor id="{id}"/></link>
+            <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
+            weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
+        )
+    };
+    let left = if both_ways { format!("<left>{}</left>", lane(1)) } else { String::new() };
+    let lanes: String = (1..=lanes).map(|id| lane(-id)).collect();
     let quarter = std::f64::consts::FRAC_PI_2;
     // Length and curvature of each road.
     let mut pieces = Vec::new();
@@ -116,7 +121,7 @@ fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32) -> Arc<Network> {
             <successor elementType="road" elementId="{after}" contactPoint="start"/></link>
             <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length_m}">{shape}
             </geometry></planView>
-            <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+            <lanes><laneSection s="0">{left}<center><lane id="0" type="none" level="false"/></center>
             <right>{lanes}</right></laneSection></lanes></road>"#
         );
         if curvature == 0.0 {
