@@ -4,7 +4,7 @@ use super::state::{
     BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, present, request_lanes, reserved_lanes,
 };
 use crate::{
-    approach::Sign, constraint::WaitReason, swept_path::RUN_OUT_M, tracks::NONE,
+    approach::Sign, constraint::WaitReason, leader::leader, swept_path::RUN_OUT_M, tracks::NONE,
     vehicle_table::VehicleTable,
 };
 
@@ -15,6 +15,10 @@ const MERGE_S: f32 = 1.3;
 /// A standing holder that is farther from the conflict area than this, in seconds, sees a vehicle
 /// there in time.
 const STANDING_LEAD_S: f32 = 3.5;
+/// Gap within which a standing vehicle waits for its leader.
+const BEHIND_M: f32 = 3.0;
+/// Longest queue that is followed.
+const QUEUE_LEN_MAX: usize = 8;
 /// Least time until a vehicle of higher rank arrives.
 const CUT_OFF_S: f32 = 1.2;
 
@@ -287,6 +291,7 @@ impl Junctions {
                             && vehicles.reservation[other as usize] > vehicles.reservation[row])
                         || (vehicles.reservation_idle_s[row] > 4.0
                             && is_idle(vehicles, view, holder.agent))
+                        || stands_behind(vehicles, view, holder.agent, own)
                     {
                         continue;
                     }
@@ -337,6 +342,25 @@ fn is_idle(vehicles: &VehicleTable, view: &View, agent: u32) -> bool {
         && (row == NONE
             || vehicles.reservation[row as usize] == 0
             || vehicles.reservation_idle_s[row as usize] > 1.5)
+}
+
+/// Returns whether an agent stands because another one is in front of it, or in front of the queue
+/// in which it stands: it cannot go first, whatever its reservation.
+fn stands_behind(vehicles: &VehicleTable, view: &View, agent: u32, other: u32) -> bool {
+    let (tracks, agents) = (&view.map.tracks, view.agents);
+    let mut at = agent;
+    for _ in 0..QUEUE_LEN_MAX {
+        let row = agents.row[at as usize];
+        if row == NONE || agents.velocity[at as usize].length_squared() > 0.25 {
+            return false;
+        }
+        let ahead = leader(vehicles, row as usize, tracks, agents, view.occupancy, BEHIND_M);
+        if ahead.gap_m > BEHIND_M || ahead.agent == other {
+            return ahead.agent == other;
+        }
+        at = ahead.agent;
+    }
+    false
 }
 
 /// Returns the time gap between two vehicles; large vehicles are harder to predict.
