@@ -12,6 +12,8 @@ const CALL_M: f32 = 70.0;
 const NEAR_M: f32 = 20.0;
 /// Time to the stop line within which a vehicle extends green.
 const SOON_S: f32 = 3.5;
+/// Time at the stop line after which a vehicle extends green though its exit is blocked.
+const PATIENCE_S: f32 = 30.0;
 /// Speed below which a vehicle counts as standing.
 const STANDING_MPS: f32 = 0.5;
 
@@ -36,9 +38,11 @@ pub(crate) fn count(
                 break;
             }
             if map.approaches.signal[lane as usize] != NONE && start_m > 0.0 {
-                // Green does not help a vehicle whose exit is blocked, nor those queued behind it.
-                let moves =
-                    speed > STANDING_MPS || matches!(junctions.waits[row], WaitReason::Conflict);
+                // Green does not help a vehicle whose exit is blocked, nor those queued behind it,
+                // unless other phases would fill the exit again and again.
+                let moves = speed > STANDING_MPS
+                    || matches!(junctions.waits[row], WaitReason::Conflict)
+                    || vehicles.wait_s[row] > PATIENCE_S;
                 add(demand, map, lane, line_m, speed, moves);
                 break;
             }
