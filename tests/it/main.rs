@@ -36,5 +36,6 @@ mod refuse;
 mod same;
 mod setters;
 mod soak;
+mod standstill;
 mod tidy;
 mod two;

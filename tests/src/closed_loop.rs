@@ -435,6 +435,20 @@ impl World {
         (self.records.len(), driven, longest)
     }
 
+    /// Returns the vehicles that stayed in one place for longer than this, a sentence each.
+    pub fn standstills(&self, longest_s: f32) -> Vec<String> {
+        let stands = |(row, record): (usize, &Record)| {
+            let id = self.vehicles_from + row + 1;
+            (record.longest_s > longest_s).then(|| {
+                format!(
+                    "{id} {} stood for {:.0} s at {:.0} from {:.0} s on",
+                    record.blueprint, record.longest_s, record.longest_at, record.longest_from_s
+                )
+            })
+        };
+        self.records.iter().enumerate().filter_map(stands).collect()
+    }
+
     fn name_the_worst(&self) {
         for crash in self.crashes.iter().take(20) {
             let (first, second) = (crash.who.0.0, crash.who.1.0);
