@@ -109,8 +109,28 @@ def spectator_and_rays(c):
     assert houses and len(houses) == len(c.world.get_level_bbs(carla.CityObjectLabel.Buildings))
     assert houses[0].bounding_box.extent.z > 1.0
     assert len(c.world.get_names_of_all_objects()) >= len(houses)
+    level_boxes_of_actors(c)
     works("World.get_environment_objects World.get_level_bbs World.get_names_of_all_objects",
           "the houses of the town were listed")
+
+
+def level_boxes_of_actors(c):
+    # Later checks drive from where they drove without this car.
+    place = c.next_point
+    car = c.car()
+    c.next_point = place
+    c.ticks(1)
+    label = carla.CityObjectLabel
+    count = len(c.world.get_actors().filter("traffic.traffic_light"))
+    assert count and len(c.world.get_level_bbs(label.TrafficLight)) == count
+    middle = car.get_transform().transform(car.bounding_box.location)
+    near_car = [box for box in c.world.get_level_bbs(label.Car)
+                if box.location.distance(middle) < 0.3]
+    assert len(near_car) == 1, [str(box.location) for box in c.world.get_level_bbs(label.Car)]
+    near(near_car[0].extent.x, car.bounding_box.extent.x, 1e-3)
+    near(near_car[0].rotation.yaw % 360.0, car.get_transform().rotation.yaw % 360.0, 0.5)
+    car.destroy()
+    c.ticks(1)
 
 
 @check

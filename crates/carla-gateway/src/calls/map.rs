@@ -1,9 +1,11 @@
 //! What is fixed for an episode: the map, its objects, the blueprints, and files for clients.
 
+use glam::Vec3;
+
 use crate::{
     args::RpcError,
     blueprints,
-    calls::call::StaticCall,
+    calls::call::{Call, StaticCall},
     wire::{Bounds, write_transform},
 };
 
@@ -73,14 +75,29 @@ fn bounds(object: &town::Object) -> Bounds {
     }
 }
 
-/// Returns the bounding boxes of all objects with a tag, in world space.
-pub(super) fn level_boxes(call: &mut StaticCall) -> Result<(), RpcError> {
+/// Returns the bounding boxes of all objects and actors with a tag, in world space.
+pub(super) fn level_boxes(call: &mut Call) -> Result<(), RpcError> {
     let tag = call.args.u32()?;
-    let objects = &call.statics.town().objects;
-    let those: Vec<_> =
-        objects.iter().filter(|o| tag == ANY || o.tag as u32 == tag).map(bounds).collect();
-    call.out.list(those.len());
-    those.iter().for_each(|b| b.write(call.out));
+    let objects = call.bridge.statics.town().objects.iter();
+    let mut boxes: Vec<_> =
+        objects.filter(|o| tag == ANY || o.tag as u32 == tag).map(bounds).collect();
+    let (world, blueprints) = (call.bridge.client.world(), call.bridge.client.blueprints());
+    for actor in world.states() {
+        let info = blueprints.get(actor.blueprint as usize);
+        let Some(info) = info.filter(|info| tag == ANY || u32::from(info.tag) == tag) else {
+            continue;
+        };
+        let center = actor.pose.position() + actor.pose.rotation() * Vec3::from(info.center_m);
+        let ahead = actor.pose.rotation() * Vec3::X;
+        boxes.push(Bounds {
+            center_m: center.to_array(),
+            half_extents_m: info.half_extents_m,
+            yaw_rad: ahead.y.atan2(ahead.x),
+            actor: actor.actor_id.0,
+        });
+    }
+    call.out.list(boxes.len());
+    boxes.iter().for_each(|b| b.write(call.out));
     Ok(())
 }
 
