@@ -66,7 +66,7 @@ const ORANGE: [u8; 3] = [205, 92, 20];
 const TEAL: [u8; 3] = [60, 130, 135];
 
 #[rustfmt::skip]
-static TABLE: [Row; 40] = [
+static TABLE: [Row; 41] = [
     Row("vehicle.audi.a2", Car(&silhouettes::MONOVOLUME, Trim(Lamps::Slim, Grille::Wide, Tail::Corner, Extra::Nothing)), [3.705, 1.789, 1.550], 0.93, 2.405, 0.52, 0.310, 1020.0, Front, SILVER, ""),
     Row("vehicle.audi.etron", Car(&silhouettes::SUV, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Rails)), [4.856, 2.033, 1.649], 0.92, 2.928, 0.47, 0.385, 2490.0, All, BLUE, "electric"),
     Row("vehicle.audi.tt", Car(&silhouettes::DOME, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Nothing)), [4.181, 1.994, 1.385], 0.92, 2.505, 0.53, 0.335, 1335.0, Front, RED, ""),
@@ -81,7 +81,7 @@ static TABLE: [Row; 40] = [
     Row("vehicle.jeep.wrangler_rubicon", Car(&silhouettes::JEEP, Trim(Lamps::Round, Grille::Slots, Tail::Upright, Extra::Spare)), [3.866, 1.905, 1.878], 0.92, 2.424, 0.46, 0.405, 1900.0, All, GREEN, ""),
     Row("vehicle.lincoln.mkz_2017", Car(&silhouettes::LIFTBACK, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.902, 2.128, 1.511], 0.875, 2.850, 0.49, 0.345, 1720.0, Front, BLACK, ""),
     Row("vehicle.lincoln.mkz_2020", Car(&silhouettes::SEDAN, Trim(Lamps::Slim, Grille::Frame, Tail::Bar, Extra::Nothing)), [4.892, 1.837, 1.490], 0.97, 2.850, 0.49, 0.350, 1750.0, Front, WHITE, ""),
-    Row("vehicle.mercedes.coupe", Car(&silhouettes::FASTBACK, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Nothing)), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 1800.0, Rear, SILVER, ""),
+    Row("vehicle.mercedes.coupe", Car(&silhouettes::FASTBACK, Trim(Lamps::Wide, Grille::Frame, Tail::Corner, Extra::Nothing)), [5.027, 2.152, 1.651], 0.89, 2.945, 0.45, 0.355, 2020.0, All, SILVER, ""),
     Row("vehicle.mercedes.coupe_2020", Car(&silhouettes::COUPE, Trim(Lamps::Slim, Grille::Frame, Tail::Corner, Extra::Nothing)), [4.674, 1.815, 1.447], 0.97, 2.840, 0.46, 0.345, 1650.0, Rear, GREY, ""),
     Row("vehicle.micro.microlino", Car(&silhouettes::BUBBLE, Trim(Lamps::Round, Grille::Bare, Tail::Round, Extra::Roof([232, 232, 228]))), [2.207, 1.481, 1.376], 0.96, 1.400, 0.46, 0.260, 513.0, Rear, TEAL, "electric"),
     Row("vehicle.mini.cooper_s", Car(&silhouettes::BRICK, Trim(Lamps::Round, Grille::Wide, Tail::Upright, Extra::Roof([232, 232, 228]))), [3.806, 1.970, 1.475], 0.87, 2.467, 0.49, 0.315, 1165.0, Front, RED, ""),
@@ -104,13 +104,14 @@ static TABLE: [Row; 40] = [
     Row("vehicle.bh.crossbike", Build::Bike(two_wheels::CROSS), [1.690, 0.640, 1.760], 1.0, 1.030, 0.5, 0.330, 95.0, Legs, BLACK, ""),
     Row("vehicle.diamondback.century", Build::Bike(two_wheels::RACER), [1.660, 0.500, 1.640], 1.0, 0.990, 0.5, 0.335, 90.0, Legs, RED, ""),
     Row("vehicle.gazelle.omafiets", Build::Bike(two_wheels::ROADSTER), [1.800, 0.600, 1.830], 1.0, 1.110, 0.5, 0.345, 100.0, Legs, BLACK, ""),
-    Row("vehicle.kawasaki.ninja", Build::Bike(two_wheels::SPORT), [2.033, 0.797, 1.480], 1.0, 1.395, 0.5, 0.310, 290.0, Rear, GREEN, ""),
-    Row("vehicle.vespa.zx125", Build::Bike(two_wheels::SCOOTER), [1.804, 0.740, 1.690], 1.0, 1.250, 0.5, 0.250, 200.0, Rear, TEAL, ""),
-    Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 290.0, Rear, BLUE, ""),
+    Row("vehicle.harley-davidson.low_rider", Build::Bike(two_wheels::CRUISER), [2.355, 0.900, 1.560], 1.0, 1.630, 0.5, 0.325, 382.0, Rear, BLACK, ""),
+    Row("vehicle.kawasaki.ninja", Build::Bike(two_wheels::SPORT), [2.033, 0.797, 1.480], 1.0, 1.395, 0.5, 0.310, 248.0, Rear, GREEN, ""),
+    Row("vehicle.vespa.zx125", Build::Bike(two_wheels::SCOOTER), [1.804, 0.740, 1.690], 1.0, 1.250, 0.5, 0.250, 184.0, Rear, TEAL, ""),
+    Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 249.0, Rear, BLUE, ""),
 ];
 
 /// The ids of CARLA's second generation of vehicles.
-const SECOND: [&str; 14] = [
+pub(super) const SECOND: [&str; 14] = [
     "vehicle.carlamotors.european_hgv",
     "vehicle.carlamotors.firetruck",
     "vehicle.dodge.charger_2020",

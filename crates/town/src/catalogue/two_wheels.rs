@@ -43,6 +43,8 @@ pub(super) const ROADSTER: Bike = Bike { seat: (-0.30, 0.94), grip: (0.24, 1.12)
 #[rustfmt::skip]
 pub(super) const SPORT: Bike = Bike { seat: (-0.28, 0.83), grip: (0.40, 0.90), foot: (-0.30, 0.38), tyre_m: 0.150, frame: Frame::Fairing, helmet: true };
 #[rustfmt::skip]
+pub(super) const CRUISER: Bike = Bike { seat: (-0.36, 0.70), grip: (0.22, 1.02), foot: (0.34, 0.36), tyre_m: 0.150, frame: Frame::Fairing, helmet: true };
+#[rustfmt::skip]
 pub(super) const SCOOTER: Bike = Bike { seat: (-0.30, 0.78), grip: (0.36, 1.02), foot: (0.24, 0.30), tyre_m: 0.110, frame: Frame::Scooter, helmet: true };
 
 /// The joint of handlebar and fork, after the body and both wheels.
