@@ -73,6 +73,10 @@ pub struct VehicleBody {
     pub center_of_mass_m: [f32; 3],
     /// CARLA's `use_sweep_wheel_collision`: stored without effect, because wheels are always discs.
     pub sweep: u32,
+    /// 1: anti-lock brakes are on; 0: off.
+    pub abs: u32,
+    /// 1: electronic stability control is on; 0: off.
+    pub stability_control: u32,
 }
 
 impl VehicleBody {

@@ -3,10 +3,8 @@
 use glam::Vec3;
 
 use super::{
-    model::{
-        Class, EngineModel, GRAVITY_MPS2, GearModel, GearboxModel, LeanModel, VehicleModel,
-        WHEELS_MAX, WheelModel, WheelPlace,
-    },
+    model::{Class, GRAVITY_MPS2, LeanModel, VehicleModel, WHEELS_MAX, WheelModel, WheelPlace},
+    powertrain,
     tyre::TyreModel,
 };
 
@@ -17,6 +15,10 @@ use super::{
 /// when a level vehicle follows another one in the middle of a straight lane.
 const RAKE_RAD: f32 = 0.00175;
 
+/// Distance from the middle to the centre of mass of a car with front-wheel drive, as a fraction of
+/// half of the wheelbase: 60 % of its weight is in front.
+const FRONT_DRIVE_SHIFT: f32 = 0.2;
+
 /// The parameters in which the classes differ.
 struct Defaults {
     /// Height of the centre of mass, as a fraction of the body's height above ground.
@@ -25,7 +27,8 @@ struct Defaults {
     damping_ratio: f32,
     anti_roll: f32,
     grip: f32,
-    stiffness: f32,
+    /// Cornering stiffness of the front and the rear axle, with their suspension and steering.
+    stiffness: [f32; 2],
     braking_g: f32,
     steer_max_rad: f32,
     drag_coefficient: f32,
@@ -39,7 +42,7 @@ fn defaults(class: Class) -> Defaults {
         damping_ratio: 0.35,
         anti_roll: 0.5,
         grip: 1.08,
-        stiffness: 21.0,
+        stiffness: [13.0, 20.0],
         braking_g: 0.97,
         steer_max_rad: 0.61,
         drag_coefficient: 0.30,
@@ -53,7 +56,7 @@ fn defaults(class: Class) -> Defaults {
             ride_hz: 1.6,
             anti_roll: 1.0,
             grip: 0.85,
-            stiffness: 11.0,
+            stiffness: [8.5, 11.0],
             braking_g: 0.65,
             steer_max_rad: 0.75,
             drag_coefficient: 0.7,
@@ -64,7 +67,7 @@ fn defaults(class: Class) -> Defaults {
             ride_hz: 1.3,
             anti_roll: 1.0,
             grip: 0.85,
-            stiffness: 11.0,
+            stiffness: [8.5, 11.0],
             braking_g: 0.65,
             steer_max_rad: 0.85,
             drag_coefficient: 0.6,
@@ -74,6 +77,7 @@ fn defaults(class: Class) -> Defaults {
             com_height: 0.40,
             ride_hz: 2.0,
             anti_roll: 0.0,
+            stiffness: [21.0, 21.0],
             braking_g: 0.65,
             steer_max_rad: 0.6,
             drag_coefficient: 0.7,
@@ -84,6 +88,7 @@ fn defaults(class: Class) -> Defaults {
             com_height: 0.52,
             ride_hz: 4.0,
             anti_roll: 0.0,
+            stiffness: [21.0, 21.0],
             grip: 0.9,
             braking_g: 0.5,
             steer_max_rad: 0.8,
@@ -108,7 +113,11 @@ impl VehicleModel {
         let places = &places[..places.len().min(WHEELS_MAX)];
         let top = center_m.z + half_extents_m.z;
         let middle_x = mean(places.iter().map(|p| p.hub_m.x));
-        let com_m = Vec3::new(middle_x, 0.0, top * given.com_height);
+        // Engine and gearbox of a front-wheel drive lie before the front axle.
+        let front_x = places.iter().map(|p| p.hub_m.x).fold(middle_x, f32::max);
+        let is_front_drive = places.iter().all(|p| p.driven == (p.hub_m.x > middle_x));
+        let ahead = if is_front_drive { FRONT_DRIVE_SHIFT * (front_x - middle_x) } else { 0.0 };
+        let com_m = Vec3::new(middle_x + ahead, 0.0, top * given.com_height);
         let size = half_extents_m * 2.0;
         // The inertia of a box, reduced by 10 %: a vehicle's mass is concentrated near its centre.
         let inertia_kgm2 = Vec3::new(
@@ -162,8 +171,8 @@ impl VehicleModel {
                     tyre: TyreModel {
                         grip_x: given.grip * 1.04,
                         grip_y: given.grip,
-                        stiffness_x: given.stiffness,
-                        stiffness_y: given.stiffness,
+                        stiffness_x: given.stiffness[1],
+                        stiffness_y: given.stiffness[usize::from(rear)],
                         shape_x: 1.64,
                         shape_y: 1.35,
                         curvature_x: 0.46,
@@ -180,7 +189,7 @@ impl VehicleModel {
             })
             .collect();
 
-        let (engine, gearbox) = powertrain(class, mass_kg, radius);
+        let (engine, gearbox) = powertrain::typical(class, mass_kg, radius);
         VehicleModel {
             class,
             mass_kg,
@@ -198,6 +207,18 @@ impl VehicleModel {
             steer_rate_radps: 2.5,
             steer_curve: vec![[0.0, 1.0], [5.6, 0.9], [16.7, 0.8], [33.3, 0.7]],
             lean: class.leans().then_some(LeanModel { max_rad: 0.75, frequency_radps: 8.0 }),
+            abs: class != Class::Bicycle,
+            stability_control: !class.leans(),
+        }
+    }
+
+    /// Gives the vehicle brakes that decelerate it by `braking_g` at full load of each wheel, and
+    /// `spare` times the torque of that.
+    pub(super) fn brake_with(&mut self, braking_g: f32, spare: f32) {
+        let hubs: Vec<Vec3> = self.wheels.iter().map(|wheel| wheel.hub_m).collect();
+        let loads = loads(&hubs, self.com_m, self.mass_kg, braking_g);
+        for (wheel, load_n) in self.wheels.iter_mut().zip(loads) {
+            wheel.brake_torque_nm = spare * load_n * braking_g * wheel.radius_m;
         }
     }
 
@@ -245,76 +266,4 @@ fn partner(places: &[WheelPlace], index: usize) -> Option<u8> {
         (p.hub_m.x - own.x).abs() < 0.1 && p.hub_m.y * own.y < 0.0 && own.y.abs() > 0.1
     };
     places.iter().position(across).map(|i| i as u8)
-}
-
-/// Shift points of an automatic gearbox at half throttle.
-const MIDDLE: GearModel = GearModel { ratio: 1.0, down: 0.33, up: 0.66 };
-
-fn powertrain(class: Class, mass_kg: f32, radius_m: f32) -> (EngineModel, GearboxModel) {
-    let combustion = |peak_nm: f32, max_rpm: f32, idle_rpm: f32| EngineModel {
-        torque_curve: [(0.0, 0.5), (0.17, 0.7), (0.35, 0.95), (0.55, 1.0), (0.8, 0.95), (1.0, 0.8)]
-            .map(|(rpm, torque): (f32, f32)| [rpm * max_rpm, torque * peak_nm])
-            .to_vec(),
-        max_rpm,
-        idle_rpm,
-        inertia_kgm2: 0.0006 * peak_nm,
-        drag_nm: 0.06 * peak_nm,
-        damping_full_nmsprad: 0.0,
-        damping_geared_nmsprad: 0.1 * peak_nm / (max_rpm * 0.105),
-        damping_neutral_nmsprad: 0.1 * peak_nm / (max_rpm * 0.105),
-    };
-    let gears = |forward: &[f32], reverse: f32, final_drive: f32, shift_s: f32, peak_nm: f32| {
-        GearboxModel {
-            automatic: true,
-            forward: forward.iter().map(|ratio| GearModel { ratio: *ratio, ..MIDDLE }).collect(),
-            reverse,
-            final_drive,
-            shift_s,
-            clutch_nm: 1.8 * peak_nm,
-            efficiency: 0.92,
-        }
-    };
-    match class {
-        Class::Car => {
-            let peak = 0.175 * mass_kg;
-            let forward = [3.2, 1.95, 1.35, 1.0, 0.8, 0.66];
-            (combustion(peak, 6200.0, 800.0), gears(&forward, 3.2, 11.2 * radius_m, 0.25, peak))
-        }
-        Class::Van => {
-            let peak = 0.14 * mass_kg;
-            let forward = [3.8, 2.1, 1.35, 1.0, 0.78, 0.65];
-            (combustion(peak, 4600.0, 800.0), gears(&forward, 3.8, 11.2 * radius_m, 0.3, peak))
-        }
-        Class::Truck | Class::Bus => {
-            let peak = 0.11 * mass_kg;
-            let forward = [6.7, 3.9, 2.4, 1.6, 1.2, 1.0];
-            (combustion(peak, 2500.0, 600.0), gears(&forward, 6.7, 9.0 * radius_m, 0.4, peak))
-        }
-        Class::Motorcycle => {
-            // More torque would lift the front wheel at full throttle.
-            let peak = 0.13 * mass_kg;
-            let forward = [2.6, 1.9, 1.5, 1.25, 1.1, 1.0];
-            (combustion(peak, 9500.0, 1200.0), gears(&forward, 2.6, 18.0 * radius_m, 0.15, peak))
-        }
-        Class::Bicycle => {
-            // A rider with low gears climbs a slope of 40 % at walking speed; at high speed the
-            // power is about 350 W.
-            let top_rpm = 12.0 / radius_m * 9.55;
-            let pedals = |share: f32| {
-                let torque = (350.0 / (12.0 * share)).min(470.0) * radius_m;
-                [share * top_rpm, torque]
-            };
-            let engine = EngineModel {
-                torque_curve: [0.05, 0.2, 0.35, 0.5, 0.75, 1.0].map(pedals).to_vec(),
-                max_rpm: top_rpm,
-                idle_rpm: 0.0,
-                inertia_kgm2: 0.01,
-                drag_nm: 0.0,
-                damping_full_nmsprad: 0.0,
-                damping_geared_nmsprad: 0.0,
-                damping_neutral_nmsprad: 0.0,
-            };
-            (engine, gears(&[1.0], 1.0, 1.0, 0.0, 1000.0))
-        }
-    }
 }

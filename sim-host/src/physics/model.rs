@@ -216,4 +216,8 @@ pub struct VehicleModel {
     pub steer_curve: Vec<[f32; 2]>,
     /// Balance of a two-wheeler; `None` for other vehicles.
     pub lean: Option<LeanModel>,
+    /// Whether anti-lock brakes are on.
+    pub abs: bool,
+    /// Whether electronic stability control is on.
+    pub stability_control: bool,
 }

@@ -41,6 +41,8 @@ pub(super) fn physics_of(model: &VehicleModel) -> VehiclePhysics {
             wheels: model.wheels.len() as u32,
             mass_kg: model.mass_kg,
             drag_coefficient: model.drag_coefficient,
+            abs: model.abs.into(),
+            stability_control: model.stability_control.into(),
             ..VehicleBody::default()
         },
         engine: VehicleEngine {
@@ -77,6 +79,8 @@ pub(super) fn tuned_model(own: &VehicleModel, by: &VehiclePhysics) -> VehicleMod
     model.inertia_kgm2 = own.inertia_kgm2 * heavier;
     model.com_m = own.com_m + Vec3::from_array(by.body.center_of_mass_m);
     model.drag_coefficient = by.body.drag_coefficient;
+    model.abs = by.body.abs != 0;
+    model.stability_control = by.body.stability_control != 0;
 
     model.engine.max_rpm = by.engine.max_rpm;
     model.engine.idle_rpm = own.engine.idle_rpm.min(0.5 * by.engine.max_rpm);

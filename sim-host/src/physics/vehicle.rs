@@ -13,9 +13,10 @@ use super::{
     door_model::{DoorModel, OpenDoor},
     drivetrain::{Demand, Drivetrain},
     ground::CachedTriangle,
-    model::{GRAVITY_MPS2, VehicleModel, WheelModel},
+    model::{GRAVITY_MPS2, LeanModel, VehicleModel, WheelModel},
     motion::{Motion, Wrench},
     pedals::Pedals,
+    stability::{Intervention, Stability, StabilityModel},
     tuning::tuned_model,
     wheels::{Braking, Surface, WheelBank, WheelBankState, WheelContacts, banks, lane_order},
 };
@@ -24,6 +25,8 @@ use super::{
 const ITERATION_MAX_S: f32 = 0.0026;
 /// Cosine of the tilt beyond which the wheels carry no load.
 const CARRY_UP_MIN: f32 = 0.3;
+/// Fraction of the tyres' friction that a rider uses in a curve.
+const LEAN_SHARE: f32 = 0.95;
 /// Banks of four for [`super::WHEELS_MAX`] wheels.
 const BANKS_MAX: usize = 2;
 
@@ -38,6 +41,7 @@ pub(super) struct Prepared {
     wheelbase_m: f32,
     /// The turning line in vehicle space: the line through the centre of rotation, parallel to y.
     rear_x_m: f32,
+    stability: StabilityModel,
 }
 
 impl Prepared {
@@ -52,11 +56,19 @@ impl Prepared {
             n => fixed.iter().sum::<f32>() / n as f32,
         };
         let (banks, order) = (banks(&model, rear_x_m), lane_order(&model));
-        Prepared { banks, order, wheelbase_m: (front - rear_x_m).max(0.3), rear_x_m, model }
+        let wheelbase_m = (front - rear_x_m).max(0.3);
+        let stability = StabilityModel::new(&model, wheelbase_m);
+        Prepared { banks, order, wheelbase_m, rear_x_m, stability, model }
     }
 }
 
 impl Prepared {
+    /// Returns the largest lean angle: the resultant of weight and side force lies within the
+    /// friction of the tyres.
+    fn lean_max_rad(&self, lean: &LeanModel, friction: f32) -> f32 {
+        lean.max_rad.min((LEAN_SHARE * self.stability.grip * friction).atan())
+    }
+
     /// Returns the direction of a wheel in body axes, by Ackermann geometry.
     pub(super) fn heading(&self, wheel: &WheelModel, steer_rad: f32) -> Vec3 {
         if !wheel.steered {
@@ -76,6 +88,7 @@ pub(super) struct VehicleState {
     /// Steering angle in the middle of the front axle, positive to the left.
     pub steer_rad: f32,
     pub control: Pedals,
+    pub stability: Stability,
     /// The Ackermann controller, once a command has used it.
     pub ackermann: Option<Box<Ackermann>>,
     /// Open doors, by index.
@@ -151,26 +164,34 @@ impl Vehicle {
             let most = model.steer_max_rad * share_at(&model.steer_curve, forward_mps.abs());
             controller.drive(&mut state.control, forward_mps, most, dt);
         }
-        state.steer(prepared, forward_mps, dt);
-        let pedals = state.control;
-        let demand =
-            Demand { throttle: pedals.throttle, reverse: pedals.reverse, manual: pedals.manual };
-        let driven_radps = state.driven_radps(prepared);
-        state.drivetrain.shift(model, demand, driven_radps, forward_mps, dt);
+        state.steer(prepared, forward_mps, surface.grip, dt);
 
         let curvature = state.steer_rad.tan() / prepared.wheelbase_m;
         let mut contacts = [WheelContacts::default(); BANKS_MAX];
         let mut carried = start.axes.z_axis.z > CARRY_UP_MIN;
         let mut pressed = false;
+        let mut friction = surface.grip;
         for (index, bank) in prepared.banks.iter().enumerate() {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
                 let holds = &mut cached_ground[index];
                 contacts[index] = bank.contacts(state, holds, surface, start, curvature, dt);
+                friction = friction.min(bank.friction(&contacts[index]));
             }
             carried &= bank.all_touch(&contacts[index]);
             pressed |= bank.is_pressed(state);
         }
+        let pedals = state.control;
+        let driven_radps = state.driven_radps(prepared);
+        let aid = if model.stability_control {
+            state.stability.regulate(&prepared.stability, state.steer_rad, start, friction, dt)
+        } else {
+            Intervention::NONE
+        };
+        let throttle = pedals.throttle * aid.throttle;
+        let demand = Demand { throttle, reverse: pedals.reverse, manual: pedals.manual };
+        state.drivetrain.shift(model, demand, driven_radps, forward_mps, dt);
+
         // The collision box can touch the ground only if the wheels do not carry the body.
         let upright = start.axes.z_axis.z > 0.8;
         let corners = if carried && upright && !pressed {
@@ -182,8 +203,7 @@ impl Vehicle {
 
         let iterations = (dt / ITERATION_MAX_S).ceil().max(1.0);
         let step = dt / iterations;
-        let braking =
-            Braking { pedal: pedals.brake, handbrake: f32::from(u8::from(pedals.handbrake)) };
+        let handbrake = f32::from(u8::from(pedals.handbrake));
         let mut motion = *start;
         let mut sum = Wrench::default();
         for _ in 0..iterations as usize {
@@ -192,6 +212,8 @@ impl Vehicle {
             let drive = state.drivetrain.drive(model, driven_radps, step);
             for (index, bank) in prepared.banks.iter().enumerate() {
                 let wheels = &mut state.banks[index];
+                let single_nm = bank.single_brakes(aid.front_nm, aid.rear_nm);
+                let braking = Braking { pedal: pedals.brake, handbrake, single_nm };
                 bank.advance(wheels, &contacts[index], &motion, &drive, braking, step, &mut wrench);
             }
             let driven_radps = state.driven_radps(prepared);
@@ -202,7 +224,7 @@ impl Vehicle {
                 door.add_drag(model.com_m, &motion, &mut wrench);
             }
             if model.lean.is_some() {
-                lean(prepared, curvature, &motion, &mut wrench);
+                lean(prepared, curvature, friction, &motion, &mut wrench);
             }
             motion.advance(&wrench, model.mass_kg, model.inertia_kgm2, step);
             sum.force_n += wrench.force_n;
@@ -222,6 +244,7 @@ impl VehicleState {
             drivetrain: Drivetrain::new(&prepared.model),
             steer_rad: 0.0,
             control: Pedals::default(),
+            stability: Stability::default(),
             ackermann: None,
             doors: Vec::new(),
         }
@@ -233,13 +256,14 @@ impl VehicleState {
         prepared.banks.iter().zip(&self.banks).map(|(bank, state)| bank.driven_radps(state)).sum()
     }
 
-    fn steer(&mut self, prepared: &Prepared, forward_mps: f32, dt: f32) {
+    fn steer(&mut self, prepared: &Prepared, forward_mps: f32, friction: f32, dt: f32) {
         let model = &prepared.model;
         let most = model.steer_max_rad * share_at(&model.steer_curve, forward_mps.abs());
         let mut target = self.control.steer * most;
         if let Some(lean) = &model.lean {
             // The steering angle is limited by the largest lean angle.
-            let tightest = 0.9 * lean.max_rad.tan() * GRAVITY_MPS2 * prepared.wheelbase_m;
+            let leans = prepared.lean_max_rad(lean, friction);
+            let tightest = 0.9 * leans.tan() * GRAVITY_MPS2 * prepared.wheelbase_m;
             let tightest = (tightest / (forward_mps * forward_mps).max(0.1)).atan();
             target = target.clamp(-tightest, tightest);
         }
@@ -250,14 +274,21 @@ impl VehicleState {
 
 /// Adds the rider's balance: a torque about the longitudinal axis towards the lean angle of the
 /// curve. It also raises a two-wheeler that has fallen over.
-fn lean(prepared: &Prepared, curvature_per_m: f32, motion: &Motion, wrench: &mut Wrench) {
+fn lean(
+    prepared: &Prepared,
+    curvature_per_m: f32,
+    friction: f32,
+    motion: &Motion,
+    wrench: &mut Wrench,
+) {
     let model = &prepared.model;
     let Some(lean) = &model.lean else { return };
     let ahead = motion.axes.x_axis;
     let speed = motion.velocity_mps.dot(ahead);
     // A positive angle about x leans to the right; a left curve needs a lean to the left.
     let target = -(speed * speed * curvature_per_m / GRAVITY_MPS2).atan();
-    let target = target.clamp(-lean.max_rad, lean.max_rad);
+    let most = prepared.lean_max_rad(lean, friction);
+    let target = target.clamp(-most, most);
     let roll = motion.axes.y_axis.z.clamp(-1.0, 1.0).asin();
     let rate = motion.spin_radps.dot(ahead);
     let omega = lean.frequency_radps;

@@ -22,6 +22,16 @@ const RAY_ABOVE_M: f32 = 0.6;
 const CLIMB_MIN_MPS: f32 = 0.5;
 /// Largest compression of a suspension.
 const RAISED_MAX_M: f32 = 0.4;
+/// Slip that anti-lock brakes allow, as a multiple of friction over slip stiffness; the longitudinal
+/// force is largest at 2.9 of it.
+const ABS_SLIP: f32 = 2.0;
+/// Speed of the rim over the ground that they allow in addition. They do not act below it, and the
+/// tyre's force builds up quickly at low speed.
+const ABS_MPS: f32 = 1.0;
+/// The same for traction control.
+const TRACTION_MPS: f32 = 0.6;
+/// A slip that no wheel has.
+const UNLIMITED_SLIP: f32 = 1e6;
 /// Smallest factor on friction: slip is divided by friction.
 const GRIP_MIN: f32 = 1e-3;
 
@@ -50,6 +60,13 @@ pub(super) struct WheelBank {
     camber_radpm: Lanes,
     damping_nmsprad: Lanes,
     grip: Lanes,
+    /// Slip that anti-lock brakes allow, for a friction factor of 1; without them, a large number.
+    abs_slip: Lanes,
+    /// The same for driven wheels and traction control.
+    traction_slip: Lanes,
+    /// 1 for wheels on the left and −1 on the right, where they are steered, and where they are not.
+    front_side: Lanes,
+    rear_side: Lanes,
     anti_roll_npm: Lanes,
     /// Load transfer by the links per newton of lateral force of both wheels: roll centre height
     /// over track, signed.
@@ -92,13 +109,15 @@ pub(super) struct WheelContacts {
     heading_y: Lanes,
 }
 
-/// The driver's brake inputs.
+/// What brakes the wheels of a bank.
 #[derive(Clone, Copy)]
 pub(super) struct Braking {
     /// From 0 to 1.
     pub pedal: f32,
     /// 0 or 1.
     pub handbrake: f32,
+    /// Torques of stability control.
+    pub single_nm: Lanes,
 }
 
 /// Returns the wheels of a vehicle in banks, each wheel beside its partner. `rear_x_m` is the
@@ -135,6 +154,9 @@ impl WheelBank {
             wheel.partner.map(|p| wheel.hub_m.y - model.wheels[usize::from(p)].hub_m.y)
         };
         let steered = |wheel: &WheelModel| if wheel.steered { wheel.steer_share } else { 0.0 };
+        let best_slip = |wheel: &WheelModel| ABS_SLIP * wheel.tyre.grip_x / wheel.tyre.stiffness_x;
+        // A rider does what traction control does in a car.
+        let has_traction = model.stability_control || model.class.leans();
         let mut hub_in_body_m = Lanes3::default();
         for (lane, wheel) in wheels.iter().enumerate() {
             hub_in_body_m.set(lane, wheel.hub_m - model.com_m);
@@ -153,6 +175,10 @@ impl WheelBank {
             camber_radpm: lanes(&|w| w.camber_radpm * w.hub_m.y.signum()),
             damping_nmsprad: lanes(&|w| w.damping_nmsprad),
             grip: Lanes::new(wheels.map(|w| w.grip.max(GRIP_MIN))),
+            abs_slip: lanes(&|w| if model.abs { best_slip(w) } else { UNLIMITED_SLIP }),
+            traction_slip: lanes(&|w| if has_traction { best_slip(w) } else { UNLIMITED_SLIP }),
+            front_side: lanes(&|w| if w.steered { w.hub_m.y.signum() } else { 0.0 }),
+            rear_side: lanes(&|w| if w.steered { 0.0 } else { w.hub_m.y.signum() }),
             anti_roll_npm: lanes(&|w| track(w).map_or(0.0, |_| w.anti_roll_npm)),
             link_share: lanes(&|w| track(w).map_or(0.0, |track| w.roll_center_m / track)),
             steered_ahead_m: lanes(&|w| steered(w) * (w.hub_m.x - rear_x_m)),
@@ -181,6 +207,13 @@ impl WheelBank {
         (self.drive_share * state.spin_radps).reduce_add()
     }
 
+    /// Returns the brake torque of stability control on each wheel. A positive torque is for the left
+    /// wheel of an axle, a negative one for the right.
+    #[inline]
+    pub(super) fn single_brakes(&self, front_nm: f32, rear_nm: f32) -> Lanes {
+        (self.front_side * front_nm + self.rear_side * rear_nm).fast_max(Lanes::ZERO)
+    }
+
     /// Sets the wheels rolling without slip.
     pub(super) fn roll_without_slip(&self, state: &mut WheelBankState, forward_mps: f32) {
         state.spin_radps =
@@ -191,6 +224,11 @@ impl WheelBank {
     /// Whether a wheel load is so high that the collision box may touch the ground.
     pub(super) fn is_pressed(&self, state: &WheelBankState) -> bool {
         state.load_n.simd_gt(self.suspensions.rest_n * 3.0).any()
+    }
+
+    /// Returns the smallest factor on friction of the wheels.
+    pub(super) fn friction(&self, contacts: &WheelContacts) -> f32 {
+        contacts.friction.to_array()[..self.count].iter().copied().fold(f32::INFINITY, f32::min)
     }
 
     pub(super) fn all_touch(&self, contacts: &WheelContacts) -> bool {
@@ -323,10 +361,19 @@ impl WheelBank {
         let pull = self.drive_share * drive.torque_nm
             - self.radius_m * (forces.held_n - slope * along_mps);
         let free = (inertia * state.spin_radps + pull * dt) * stiff;
-        let brake = self.brake_nm * braking.pedal
-            + self.handbrake_nm * braking.handbrake
-            + self.rolling_m * load;
-        let most = brake * dt * stiff;
+        // Anti-lock brakes release a wheel that would slip further than they allow.
+        let allowed = self.abs_slip * contacts.friction;
+        let ground_mps = along_mps.abs();
+        let slowest = ground_mps * (Lanes::ONE - allowed) - Lanes::splat(ABS_MPS);
+        let spare = free.abs() - slowest.fast_max(Lanes::ZERO) / self.radius_m;
+        let spare = spare.fast_max(Lanes::ZERO);
+        let service = self.brake_nm * braking.pedal + braking.single_nm;
+        let steady = self.handbrake_nm * braking.handbrake + self.rolling_m * load;
+        let most = (service * dt * stiff).fast_min(spare) + steady * dt * stiff;
+        // Traction control brakes a wheel that would spin.
+        let grips = self.traction_slip * contacts.friction + Lanes::ONE;
+        let fastest = (ground_mps * grips + Lanes::splat(TRACTION_MPS)) / self.radius_m;
+        let most = most.fast_max(free.abs() - fastest);
         let stopped = free.fast_max(-most).fast_min(most);
         state.spin_radps = free - stopped;
         state.torque_nm = self.drive_share

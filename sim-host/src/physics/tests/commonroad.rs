@@ -110,6 +110,8 @@ fn bmw_320i() -> VehicleModel {
         steer_max_rad: STEER_MAX_RAD,
         steer_rate_radps: 0.4,
         steer_curve: vec![[0.0, 1.0]],
+        abs: false,
+        stability_control: false,
         ..plain
     }
 }
