@@ -104,7 +104,7 @@ static TABLE: [Row; 41] = [
     Row("vehicle.bh.crossbike", Build::Bike(two_wheels::CROSS), [1.690, 0.640, 1.760], 1.0, 1.030, 0.5, 0.330, 95.0, Legs, BLACK, ""),
     Row("vehicle.diamondback.century", Build::Bike(two_wheels::RACER), [1.660, 0.500, 1.640], 1.0, 0.990, 0.5, 0.335, 90.0, Legs, RED, ""),
     Row("vehicle.gazelle.omafiets", Build::Bike(two_wheels::ROADSTER), [1.800, 0.600, 1.830], 1.0, 1.110, 0.5, 0.345, 100.0, Legs, BLACK, ""),
-    Row("vehicle.harley-davidson.low_rider", Build::Bike(two_wheels::CRUISER), [2.355, 0.900, 1.560], 1.0, 1.630, 0.5, 0.325, 382.0, Rear, BLACK, ""),
+    Row("vehicle.harley-davidson.low_rider", Build::Bike(two_wheels::CRUISER), [2.300, 0.900, 1.560], 1.0, 1.630, 0.5, 0.325, 382.0, Rear, BLACK, ""),
     Row("vehicle.kawasaki.ninja", Build::Bike(two_wheels::SPORT), [2.033, 0.797, 1.480], 1.0, 1.395, 0.5, 0.310, 248.0, Rear, GREEN, ""),
     Row("vehicle.vespa.zx125", Build::Bike(two_wheels::SCOOTER), [1.804, 0.740, 1.690], 1.0, 1.250, 0.5, 0.250, 184.0, Rear, TEAL, ""),
     Row("vehicle.yamaha.yzf", Build::Bike(two_wheels::SPORT), [2.209, 0.867, 1.530], 1.0, 1.510, 0.5, 0.340, 249.0, Rear, BLUE, ""),
