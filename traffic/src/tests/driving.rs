@@ -131,11 +131,16 @@ fn drive_at_prop(course: &mut Course, blueprint: &str, seconds: u32) -> Vec<crat
 #[test]
 fn a_vehicle_changes_lanes_to_pass_a_prop() {
     let prop = Car { parked: true, ..car(300.0, 0.0) };
-    let mut course = Course::with_cars(maps::two_lanes(), 1, vec![prop, car(100.0, 10.0)]);
-    let waits = drive_at_prop(&mut course, "static.prop.streetbarrier", 40);
-    let passed = course.cars[1].position;
-    assert!(passed.x > 330.0 || passed.y > 10.0, "it stands at {passed}");
-    assert_eq!((waits, course.cars[1].longest_stand_s < 1.0), (vec![], true));
+    // From a distance, and from a standstill close to it, where no vehicle changes lanes to drive
+    // faster.
+    for (x, speed) in [(100.0, 10.0), (284.0, 0.0)] {
+        let cars = vec![prop.clone(), car(x, speed)];
+        let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
+        let waits = drive_at_prop(&mut course, "static.prop.streetbarrier", 40);
+        let passed = course.cars[1].position;
+        assert!(passed.x > 330.0 || passed.y > 10.0, "from {x} m: it stands at {passed}");
+        assert_eq!((waits, course.cars[1].longest_stand_s < 1.5), (vec![], true), "from {x} m");
+    }
 }
 
 #[test]
