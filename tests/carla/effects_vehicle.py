@@ -261,7 +261,7 @@ def telemetry(c):
 
 @check
 def gears_and_yaw(c):
-    car = c.car()
+    car = c.car("vehicle.audi.tt")
     car.apply_control(carla.VehicleControl(throttle=0.2, manual_gear_shift=True, gear=2))
     c.ticks(2)
     control = car.get_control()

@@ -103,7 +103,8 @@ def weather_is_returned(c):
 
 @check
 def controls_are_returned(c):
-    car = c.car()
+    # A vehicle with several gears.
+    car = c.car("vehicle.audi.tt")
     for name, value in {"throttle": 0.25, "steer": -0.5, "brake": 0.75, "hand_brake": True,
                         "reverse": True, "manual_gear_shift": True, "gear": 2}.items():
         control = carla.VehicleControl(manual_gear_shift=name == "gear")
