@@ -66,8 +66,8 @@ fn a_hidden_house_is_neither_seen_nor_hit() {
     let whole = digest(&before);
     drop(before);
 
-    let box_within = Spawn::new("static.prop.box01", Pose::level(within, 0.0));
-    let refused = client.spawn(box_within).unwrap_err().to_string();
+    let car_within = Spawn::new("vehicle.micro.microlino", Pose::level(within, 0.0));
+    let refused = client.spawn(car_within).unwrap_err().to_string();
     assert!(refused.contains("building"), "{refused}");
 
     client.hide_objects(&[number], true).unwrap();
@@ -75,14 +75,14 @@ fn a_hidden_house_is_neither_seen_nor_hit() {
     assert_eq!(pixels(&hidden, number), 0);
     assert!(tagged(&hidden, mesh::Tag::Building) > 500, "the others are there");
     drop(hidden);
-    let stranger = client.spawn(box_within).expect("nothing is in the way");
+    let stranger = client.spawn(car_within).expect("nothing is in the way");
     client.destroy(stranger).unwrap();
 
     client.hide_objects(&[mesh::ObjectId::new(number).instance()], false).unwrap();
     let (_, after) = look(&mut client, &mut bundle);
     assert_eq!(digest(&after), whole, "shown again, it looks as it did");
     drop(after);
-    assert!(client.spawn(box_within).is_err());
+    assert!(client.spawn(car_within).is_err());
 
     let unknown = client.hide_objects(&[1_000_000], true).unwrap_err().to_string();
     assert!(unknown.contains("1000000"), "{unknown}");
