@@ -30,7 +30,13 @@ impl Junctions {
                 }
             }
         }
-        for request in self.requests.iter().filter(|request| !request.red) {
+        // A vehicle that has waited for long goes before others, but not while its exit is blocked:
+        // no vehicle could enter the junction then.
+        for request in &self.requests {
+            let is_blocked = request.rank < 0 && self.exit_room(vehicles, request, view).is_err();
+            if request.red || is_blocked {
+                continue;
+            }
             let lanes = vehicles.route[request.row].lanes();
             for (k, &lane) in request_lanes(lanes, request) {
                 if tracks.in_zone(lane) {
