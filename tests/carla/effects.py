@@ -54,6 +54,7 @@ CHECKS = [
     effects_walkers.hit_walkers,
     effects_walkers.controlled_walkers_die,
     effects_walkers.props_on_the_road,
+    effects_walkers.friction_triggers,
     effects_lights.trigger_volumes,
     effects_lights.vehicles_at_lights,
     effects_lights.groups_of_lights,

@@ -245,3 +245,45 @@ def props_on_the_road(c):
             "dirt debris and bags did not slow a vehicle; it pushed cones, boxes, barriers and a "
             "barrel aside, which stay where they are spawned until then; props above 50 kg stop it "
             "unless physics is simulated")
+
+
+@check
+def friction_triggers(c):
+    road = straight(c, 50.0)
+
+    def braking(attributes):
+        """Returns the distance of a full stop from 8 m/s in a trigger, and the friction of the tyres."""
+        car = place_car(c, road)
+        trigger = None
+        if attributes:
+            blueprint = c.library.find("static.trigger.friction")
+            for name, value in attributes.items():
+                blueprint.set_attribute(name, value)
+            trigger = c.world.spawn_actor(blueprint, road)
+            c.ticks(2)
+        inside = [wheel.tire_friction for wheel in car.get_physics_control().wheels]
+        car.set_target_velocity(8.0 * road.get_forward_vector())
+        c.world.tick()
+        start = car.get_location()
+        car.apply_control(carla.VehicleControl(brake=1.0))
+        c.ticks(150)
+        way = car.get_location().distance(start)
+        if trigger is not None:
+            trigger.destroy()
+            c.ticks(2)
+        after = [wheel.tire_friction for wheel in car.get_physics_control().wheels]
+        car.destroy()
+        c.ticks(1)
+        return way, inside, after
+
+    dry, own, _ = braking({})
+    wide = {"extent_x": "10000.0", "extent_y": "10000.0", "extent_z": "1000.0"}
+    icy, inside, after = braking({"friction": "0.7", **wide})
+    assert all(abs(friction - 0.7) < 1e-4 for friction in inside) and after == own, (inside, after)
+    assert icy > 3.0 * dry, (icy, dry)
+    small = {"extent_x": "10.0", "extent_y": "10.0", "extent_z": "10.0"}
+    _, inside, after = braking({"friction": "0.7", **small})
+    assert after == own, after
+    works("static.trigger.friction",
+          f"a vehicle stopped from 8 m/s within {dry:.0f} m, and with friction 0.7 within {icy:.0f} m; "
+          "it has its own friction again outside of the trigger and after its end")

@@ -14,6 +14,9 @@ use crate::{
 const SENSORS: &str = include_str!("sensors.csv");
 const ROLES: &str = "default|front|back|left|right|front_left|front_right|back_left|back_right";
 
+/// The blueprint of boxes in which tyres have another friction.
+pub(crate) const FRICTION_TRIGGER: &str = "static.trigger.friction";
+
 const FLOAT: u8 = 3;
 const STRING: u8 = 4;
 
@@ -97,6 +100,13 @@ pub(crate) fn definitions() -> &'static [Definition] {
         let mut controller = Definition::new(all.len() as u32 + 100, "controller.ai.walker");
         controller.add_variable("role_name", STRING, "default", false);
         all.push(controller);
+        let mut trigger = Definition::new(all.len() as u32 + 100, FRICTION_TRIGGER);
+        trigger.add_variable("role_name", STRING, "default", false);
+        trigger.add_variable("friction", FLOAT, "3.5", false);
+        for extent in ["extent_x", "extent_y", "extent_z"] {
+            trigger.add_variable(extent, FLOAT, "1.0", false);
+        }
+        all.push(trigger);
         sensors(&mut all);
         all
     })

@@ -108,6 +108,7 @@ impl<'a> LockedBridge<'a> {
         let streams = Arc::clone(&self.streams);
         self.unlocked(|| streams.await_expected(SUBSCRIPTION_TIMEOUT));
         self.update_bundles();
+        self.update_friction();
         self.queue_held_motions();
         self.flush();
         let requested = self.client.request_tick()?;
@@ -223,6 +224,7 @@ impl<'a> LockedBridge<'a> {
         match self.client.refresh() {
             Ok(_) if self.client.frame().0 > self.published_frame() => {
                 if !self.is_synchronous() && self.episode.number == snapshot_episode(&self.client) {
+                    self.update_friction();
                     self.queue_held_motions();
                 }
                 self.publish();

@@ -9,9 +9,9 @@ use client_lib::{
 use road::Network;
 
 use crate::{
-    motion::Motions, physics_control::PhysicsControl, proxy_actors::ProxyActors, replay::Replayer,
-    road_context::RoadContexts, rollover::Rollovers, street_lights::StreetLights,
-    traffic_lights::TrafficLights, weather::CarlaWeather,
+    friction::FrictionTriggers, motion::Motions, physics_control::PhysicsControl,
+    proxy_actors::ProxyActors, replay::Replayer, road_context::RoadContexts, rollover::Rollovers,
+    street_lights::StreetLights, traffic_lights::TrafficLights, weather::CarlaWeather,
 };
 
 /// Frames after a spawn by which a snapshot must show the actor.
@@ -27,6 +27,7 @@ pub(crate) struct EpisodeState {
     pub(crate) street_lights: StreetLights,
     pub(crate) road_contexts: RoadContexts,
     pub(crate) rollovers: Rollovers,
+    pub(crate) friction: FrictionTriggers,
     /// Weather, street lights and whatever else persists in the world.
     pub(crate) standing: StandingState,
     /// The weather that a client of CARLA has set last, in CARLA's numbers.
@@ -51,6 +52,7 @@ impl EpisodeState {
             street_lights: StreetLights::default(),
             road_contexts: RoadContexts::new(network),
             rollovers: Rollovers::default(),
+            friction: FrictionTriggers::default(),
             standing: StandingState::default(),
             weather: None,
             motions: Motions::default(),

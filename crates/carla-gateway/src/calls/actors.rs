@@ -10,6 +10,7 @@ use crate::{
     blueprints,
     bridge::Bridge,
     calls::call::Call,
+    friction::Trigger,
     proxy_actors::{ProxyActors, SPECTATOR},
     sensor::Sensor,
     shared_bridge::LockedBridge,
@@ -127,6 +128,12 @@ impl LockedBridge<'_> {
         if description.id.starts_with("controller.") {
             return Ok(self.episode.actors.add_proxy(description, parent, pose, None));
         }
+        if description.id == blueprints::FRICTION_TRIGGER {
+            let trigger = Trigger::new(pose, &description)?;
+            let id = self.episode.actors.add_proxy(description, parent, pose, None);
+            self.episode.friction.add(id, trigger);
+            return Ok(id);
+        }
         if parent != 0 {
             let id = &description.id;
             return Err(format!(
@@ -183,6 +190,7 @@ impl LockedBridge<'_> {
             return Err("unable to destroy actor: not found".into());
         }
         self.episode.vehicles.remove(id);
+        self.episode.friction.remove(id);
         // Dropped, a sensor's bundle is destroyed.
         drop(self.episode.actors.remove(id));
         Ok(())

@@ -116,7 +116,9 @@ impl LockedBridge<'_> {
         let proxy = self.episode.actors.proxy_mut(id)?;
         proxy.pose = pose;
         // A bundle is created with the pose of its sensor; the former one is destroyed here.
-        if proxy.sensor.as_mut().and_then(|sensor| sensor.bundle.take()).is_some() {
+        let has_bundle = proxy.sensor.as_mut().and_then(|sensor| sensor.bundle.take()).is_some();
+        self.episode.friction.place(id, pose);
+        if has_bundle {
             self.create_bundle(id)?;
         }
         Ok(())

@@ -3,7 +3,7 @@
 //! What the numbers of a `VehiclePhysicsControl` mean is in [`crate::physics_control`].
 
 use client_lib::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, VehiclePhysics,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, VehiclePhysics, VehicleWheel,
     carla_axes::degrees,
     wire::{Command, Switch},
 };
@@ -11,6 +11,7 @@ use glam::Vec3;
 
 use crate::{
     args::{Args, RpcError},
+    bridge::Bridge,
     calls::call::Call,
     physics_control::{FRICTION, PhysicsControl, reported, wheel_of},
     proxy_actors::ProxyActors,
@@ -170,6 +171,27 @@ impl LockedBridge<'_> {
             .try_for_each(|entry| entry.outcome.result().map(drop).map_err(RpcError::from))?;
         self.episode.vehicles.set_physics(id, given);
         Ok(())
+    }
+
+    /// Gives vehicles that have entered or left a friction trigger the friction that holds there.
+    pub(crate) fn update_friction(&mut self) {
+        let Bridge { client, episode, .. } = &mut **self;
+        for (vehicle, trigger) in episode.friction.changes(client.world(), client.blueprints()) {
+            if let Err(why) = self.set_friction(vehicle, trigger) {
+                log::warn!("the friction of vehicle {vehicle} is not set: {why:?}");
+            }
+        }
+    }
+
+    fn set_friction(&mut self, vehicle: u32, trigger: Option<u32>) -> Result<(), RpcError> {
+        let actor_id = ActorId(vehicle);
+        let mut wheels = self.query(|queries| queries.vehicle_physics(actor_id))?.wheels;
+        self.episode.friction.apply(vehicle, trigger, &mut wheels);
+        let of = |(index, wheel)| Command::SetWheel(VehicleWheel { actor_id, index, ..wheel });
+        let commands: Vec<Command> = (0..).zip(wheels).map(of).collect();
+        self.request("friction", &commands)?
+            .iter()
+            .try_for_each(|entry| entry.outcome.result().map(drop).map_err(RpcError::from))
     }
 
     /// Applies a `VehicleAckermannControl`, whose steering is positive to the right.
