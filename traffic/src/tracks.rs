@@ -412,7 +412,6 @@ impl Tracks {
 /// ever.
 fn zones(tracks: &Tracks, network: &Network) -> Vec<u32> {
     let mut zones = tracks.junction.clone();
-    let mut count = network.junctions().len() as u32;
     let is_bend = |lane: u32| {
         tracks.has(lane)
             && !tracks.in_junction(lane)
@@ -428,11 +427,11 @@ fn zones(tracks: &Tracks, network: &Network) -> Vec<u32> {
         })
         .collect();
     sections.sort_unstable();
-    for lanes in sections.chunk_by(|a, b| a.0 == b.0).filter(|lanes| lanes.len() > 1) {
+    let bends = sections.chunk_by(|a, b| a.0 == b.0).filter(|lanes| lanes.len() > 1);
+    for (zone, lanes) in (network.junctions().len() as u32..).zip(bends) {
         for &(_, lane) in lanes {
-            zones[lane as usize] = count;
+            zones[lane as usize] = zone;
         }
-        count += 1;
     }
     zones
 }
