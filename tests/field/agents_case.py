@@ -182,9 +182,9 @@ def main():
                 ends[ended] += 1
                 reds += red
                 passed += lights
+                cause = f" with {hit[0]}" if hit else ""
                 if red or ended not in ("arrived", "error"):
-                    cause = f" with {hit[0]}" if hit else ""
-                notes.append(f"route {number}: {ended}{cause}" + (f", {red} red" if red else ""))
+                    notes.append(f"route {number}: {ended}{cause}" + (f", {red} red" if red else ""))
             text = ", ".join(f"{n} {name}" for name, n in ends.items() if n)
             note = f" ({'; '.join(notes)})" if notes else ""
             good = ends["arrived"] == len(chosen) and reds == 0
@@ -193,3 +193,4 @@ def main():
 
 
 main()
+kit.end()

@@ -94,3 +94,4 @@ def main():
 
 
 main()
+kit.end()

@@ -60,7 +60,7 @@ def main():
                f"{episodes} episodes of {', '.join(map(str, ends))} steps, top speed {fastest:.1f} m/s, "
                f"observations blank: {', '.join(blank) or 'none'}")
     environment._set_synchronous_mode(False)
-    os._exit(0)
 
 
 main()
+kit.end()

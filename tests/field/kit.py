@@ -66,3 +66,9 @@ def spawn_traffic(client, world, count, random, port=8000):
 
 def destroy(client, actors):
     client.apply_batch_sync([carla.command.DestroyActor(a.id) for a in actors], True)
+
+
+def end():
+    """Ends the process; the package sometimes aborts while its threads end."""
+    sys.stdout.flush()
+    os._exit(0)

@@ -132,3 +132,4 @@ def main():
 
 
 main()
+kit.end()

@@ -84,3 +84,4 @@ def main():
 
 
 main()
+kit.end()

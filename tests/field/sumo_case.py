@@ -86,3 +86,4 @@ def main():
 
 
 main()
+kit.end()
