@@ -89,7 +89,7 @@ def record(name, cls):
     if "__eq__" in operators:
         assert cls() == untouched and not cls() != untouched, name
     for one in properties(name):
-        # A property may be a reference into its value, which is therefore made anew.
+        # A property may be a reference into its value, which is therefore made again.
         value, default = cls(), getattr(untouched, one)
         other = other_than(f"{name}.{one}", default)
         setattr(value, one, other)

@@ -3,7 +3,7 @@
 Its own routes lie in Town12 and Town13. Each of ours leads over 300 to 700 m between two spawn points, with
 three scenarios of its own kinds beside the route, and its own background traffic.
 
-Its NpcAgent finds the lane of each point of the route anew, by position. Where lanes overlap in a junction it
+Its NpcAgent looks up the lane of each point of the route by position. Where lanes overlap in a junction it
 may find another lane, and then plans a detour of hundreds of metres; this happens in the package alone, without
 a server. Routes on which it happens are not chosen.
 """
