@@ -16,6 +16,7 @@ mod presence;
 mod requests;
 mod reservation;
 mod state;
+mod wait_graph;
 
 use self::reservation::expire;
 pub(crate) use self::state::{Junctions, View};
@@ -42,6 +43,8 @@ impl Junctions {
         self.blockers.resize(count, NONE);
         self.yields_to.clear();
         self.yields_to.resize(count, NONE);
+        self.merges_behind.clear();
+        self.merges_behind.resize(count, NONE);
         self.measure(vehicles, view);
         self.requests.clear();
         for row in 0..count {
@@ -72,6 +75,5 @@ impl Junctions {
             }
         }
         self.break_deadlocks(vehicles, reservations, view);
-        self.break_yield_cycles(vehicles, reservations, view);
     }
 }

@@ -15,7 +15,7 @@ use crate::{
 
 /// Clearance beside an obstacle.
 const MARGIN_M: f32 = 0.25;
-/// Clearance after the vehicle has waited for a while: it passes slowly.
+/// Clearance after the vehicle has waited for a while or has reversed: it passes slowly.
 const NARROW_M: f32 = 0.06;
 /// Waiting time after which [`NARROW_M`] applies.
 const PATIENCE_S: f32 = 3.0;
@@ -100,11 +100,13 @@ fn find_for(
     let (body, position) = (&agents.body[own], agents.position[own]);
     let speed = agents.speed(own).max(0.0);
     let wide = body.is_wide();
-    let margin_m = if vehicles.reservation_idle_s[row] > PATIENCE_S { NARROW_M } else { MARGIN_M };
+    let is_patient =
+        vehicles.reservation_idle_s[row] <= PATIENCE_S && vehicles.reverse_count[row] == 0;
+    let margin_m = if is_patient { MARGIN_M } else { NARROW_M };
     let horizon_m = (0.25 * speed * speed + 2.0 * speed + 12.0)
         .max(if wide { HORIZON_M } else { 0.0 })
         .min(if wide { f32::INFINITY } else { HORIZON_M });
-    let mut forward = agents.forward[own];
+    let forward = agents.forward[own];
     let now = Footprint::of(body, position.truncate(), forward);
     let mut near: Vec<(usize, Footprint)> = (0..agents.count())
         .filter(|&other| {
@@ -135,22 +137,10 @@ fn find_for(
         return;
     }
 
-    let (tracking_point_m, axle_m) = (body.tracking_point_m(), body.axle_to_tracking_point_m());
-    let mut rear = position.truncate() - forward * 0.5 * body.wheelbase_m;
-    let line = |ahead_m: f32| {
-        let (lane, arc_m) = ahead(vehicles, row, tracks, tracking_point_m + ahead_m);
-        let (point, tangent, _) = tracks.at(lane, arc_m);
-        let left_m = shift_at(vehicles, row, tracking_point_m + ahead_m).0
-            + wide_offset_left(tracks, lane, arc_m, body);
-        point.truncate() + tangent.perp() * left_m
-    };
-    let cross_track = position.truncate() + forward * tracking_point_m - line(0.0);
-    for step in 1..=(horizon_m / STEP_M) as usize {
-        let ahead_m = step as f32 * STEP_M;
-        let lead = line(ahead_m) + cross_track * (1.0 - ahead_m / RETURN_M).max(0.0);
-        forward = (lead - rear).normalize_or(forward);
-        rear = lead - forward * axle_m;
-        let place = Footprint::of(body, lead - forward * tracking_point_m, forward).grown(margin_m);
+    let mut course = Course::new(vehicles, row, tracks, agents);
+    for _ in 1..=(horizon_m / STEP_M) as usize {
+        let place = course.step().grown(margin_m);
+        let (ahead_m, forward) = (course.ahead_m, course.forward);
         near.retain(|(other, footprint)| {
             if !place.touches(footprint) {
                 return true;
@@ -169,6 +159,88 @@ fn find_for(
             false
         });
     }
+}
+
+/// The footprints of a vehicle that drives along its route, one step after another: the tracking
+/// point follows the line of the vehicle, and the rear axle follows the tracking point.
+struct Course<'a> {
+    vehicles: &'a VehicleTable,
+    row: usize,
+    tracks: &'a Tracks,
+    body: Body,
+    cross_track: Vec2,
+    rear: Vec2,
+    forward: Vec2,
+    ahead_m: f32,
+}
+
+impl<'a> Course<'a> {
+    fn new(
+        vehicles: &'a VehicleTable,
+        row: usize,
+        tracks: &'a Tracks,
+        agents: &Agents,
+    ) -> Course<'a> {
+        let own = agents.driven[row] as usize;
+        let (body, forward) = (agents.body[own], agents.forward[own]);
+        let position = agents.position[own].truncate();
+        let rear = position - forward * 0.5 * body.wheelbase_m;
+        let cross_track = Vec2::ZERO;
+        let mut course =
+            Course { vehicles, row, tracks, body, cross_track, rear, forward, ahead_m: 0.0 };
+        course.cross_track = position + forward * body.tracking_point_m() - course.line(0.0);
+        course
+    }
+
+    /// Returns the point that the tracking point aims at after `ahead_m` more metres.
+    fn line(&self, ahead_m: f32) -> Vec2 {
+        let ahead_m = self.body.tracking_point_m() + ahead_m;
+        let (lane, arc_m) = ahead(self.vehicles, self.row, self.tracks, ahead_m);
+        let (point, tangent, _) = self.tracks.at(lane, arc_m);
+        let left_m = shift_at(self.vehicles, self.row, ahead_m).0
+            + wide_offset_left(self.tracks, lane, arc_m, &self.body);
+        point.truncate() + tangent.perp() * left_m
+    }
+
+    /// Drives a step farther and returns the footprint there.
+    fn step(&mut self) -> Footprint {
+        self.ahead_m += STEP_M;
+        let return_part = (1.0 - self.ahead_m / RETURN_M).max(0.0);
+        let lead = self.line(self.ahead_m) + self.cross_track * return_part;
+        self.forward = (lead - self.rear).normalize_or(self.forward);
+        self.rear = lead - self.forward * self.body.axle_to_tracking_point_m();
+        Footprint::of(&self.body, lead - self.forward * self.body.tracking_point_m(), self.forward)
+    }
+}
+
+/// Returns whether a vehicle could drive `distance_m` along its route if all others stood still.
+pub(crate) fn is_way_free(
+    vehicles: &VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    distance_m: f32,
+) -> bool {
+    let own = agents.driven[row] as usize;
+    let (position, forward) = (agents.position[own], agents.forward[own]);
+    let now = Footprint::of(&agents.body[own], position.truncate(), forward).grown(NARROW_M);
+    let reach_m = distance_m + 20.0;
+    let near: Vec<Footprint> = (0..agents.count())
+        .filter(|&other| {
+            let to = agents.position[other] - position;
+            other != own && to.z.abs() < 3.0 && to.truncate().length_squared() < reach_m * reach_m
+        })
+        .map(|other| {
+            let place = agents.position[other].truncate();
+            Footprint::of(&agents.body[other], place, agents.forward[other])
+        })
+        .filter(|place| !now.touches(place))
+        .collect();
+    let mut course = Course::new(vehicles, row, tracks, agents);
+    (0..(distance_m / STEP_M).ceil() as usize).all(|_| {
+        let place = course.step().grown(NARROW_M);
+        near.iter().all(|other| !place.touches(other))
+    })
 }
 
 /// Returns whether an oncoming wide vehicle is passing that this vehicle has waited for: it moves
@@ -205,7 +277,12 @@ fn matters(
 ) -> bool {
     let aligned = agents.forward[other].dot(forward);
     let oncoming = aligned < -0.7;
+    let other_row = agents.row[other] as usize;
     if oncoming && agents.row[other] != NONE && agents.body[other].is_wide() {
+        // A vehicle without a reservation waits at a line: it does not go first, whatever its id.
+        if vehicles.wait_s[other_row] > PATIENCE_S && vehicles.reservation[other_row] == 0 {
+            return false;
+        }
         // Of two vehicles in each other's way, the one with the higher id waits.
         return vehicles.id[row] > agents.id[other];
     }

@@ -182,7 +182,7 @@ impl Planner {
             reservation: vehicles.reservation[row],
             waited_s: vehicles.wait_s[row],
             wait_reason: scratch.junctions.waits[row],
-            blocker: ActorId(id(scratch.junctions.blockers[row]).unwrap_or(ActorId::NONE.0)),
+            blocker: ActorId(id(scratch.junctions.blocker(row)).unwrap_or(ActorId::NONE.0)),
             reverses: vehicles.reverse_s[row] > 0.0,
             is_turning_around: vehicles.u_turn[row] == 1,
         }

@@ -41,7 +41,7 @@ pub struct VehiclePlan {
     pub waited_s: f32,
     /// Why it has no reservation.
     pub wait_reason: WaitReason,
-    /// The agent that it waits for, or [`ActorId::NONE`].
+    /// The agent that it waits for, or yields to in the junction, or [`ActorId::NONE`].
     pub blocker: ActorId,
     /// Whether it reverses away from an obstacle.
     pub reverses: bool,

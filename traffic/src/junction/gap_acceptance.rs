@@ -4,7 +4,11 @@ use super::state::{
     BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, present, request_lanes, reserved_lanes,
 };
 use crate::{
-    approach::Sign, constraint::WaitReason, leader::leader, swept_path::RUN_OUT_M, tracks::NONE,
+    approach::Sign,
+    constraint::WaitReason,
+    leader::{Leader, leader},
+    swept_path::RUN_OUT_M,
+    tracks::NONE,
     vehicle_table::VehicleTable,
 };
 
@@ -21,6 +25,15 @@ const BEHIND_M: f32 = 3.0;
 const QUEUE_LEN_MAX: usize = 8;
 /// Least time until a vehicle of higher rank arrives.
 const CUT_OFF_S: f32 = 1.2;
+
+/// Which of the vehicles that wait in a cycle need not be clear of the way.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Blocked {
+    /// All of them.
+    All,
+    /// Those that are not in a conflict area of the way.
+    Outside,
+}
 
 impl Junctions {
     /// Returns whether a vehicle may enter now, or else why it waits and for which agent (an index
@@ -45,8 +58,8 @@ impl Junctions {
         if let Err(agent) = self.is_clear(vehicles, request, view) {
             return (WaitReason::Conflict, agent);
         }
-        if !self.is_swept_path_free(vehicles, request, view) {
-            return (WaitReason::SweptPath, NONE);
+        if let Err(agent) = self.swept_path_free(vehicles, request, view) {
+            return (WaitReason::SweptPath, agent);
         }
         (WaitReason::None, NONE)
     }
@@ -75,17 +88,25 @@ impl Junctions {
         }
     }
 
-    /// Returns whether nothing stands in the swept path of a wide vehicle through the junction.
-    fn is_swept_path_free(&self, vehicles: &VehicleTable, request: &Request, view: &View) -> bool {
+    /// Returns whether nothing stands in the swept path of a wide vehicle through the junction, or
+    /// else the agent there (an index into the agents).
+    fn swept_path_free(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        view: &View,
+    ) -> Result<(), u32> {
         let lanes = &vehicles.route[request.row].lanes()[request.from..];
         let out_m = self.start(request.row, request.to) + RUN_OUT_M;
-        view.obstacles.iter().filter(|obstacle| obstacle.row == request.row).all(|obstacle| {
-            let leader = &obstacle.leader;
+        let blocks = |leader: &Leader| {
             let on_way = lanes.iter().any(|&lane| {
                 view.occupancy.on(lane).iter().any(|o| o.agent == leader.agent && o.aligned > 0.7)
             });
-            on_way || leader.gap_m > out_m || leader.gap_m < request.line_m - 1.0
-        })
+            !on_way && leader.gap_m <= out_m && leader.gap_m >= request.line_m - 1.0
+        };
+        let mut obstacles = view.obstacles.iter().filter(|obstacle| obstacle.row == request.row);
+        let found = obstacles.find(|obstacle| blocks(&obstacle.leader));
+        found.map_or(Ok(()), |obstacle| Err(obstacle.leader.agent))
     }
 
     /// Returns whether every vehicle between here and the line has a reservation.
@@ -194,13 +215,14 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) -> Result<(), u32> {
-        self.is_clear_except(&[], vehicles, request, view)
+        self.is_clear_except(&[], Blocked::All, vehicles, request, view)
     }
 
-    /// As [`Junctions::is_clear`], except for the `blocked` rows that are not in the way yet.
+    /// As [`Junctions::is_clear`], except for `those` of the `blocked` rows.
     pub(super) fn is_clear_except(
         &self,
         blocked: &[usize],
+        those: Blocked,
         vehicles: &VehicleTable,
         request: &Request,
         view: &View,
@@ -208,6 +230,10 @@ impl Junctions {
         let row = request.row;
         let own = view.agents.driven[row];
         let lanes = vehicles.route[row].lanes();
+        let is_blocked = |agent: u32| {
+            let other = view.agents.row[agent as usize];
+            other != NONE && blocked.contains(&(other as usize))
+        };
         for (k, &lane) in request_lanes(lanes, request) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
@@ -225,8 +251,7 @@ impl Junctions {
                         continue;
                     }
                     let is_there = holder.start_m + area.other.0 <= 0.0;
-                    let other = view.agents.row[holder.agent as usize];
-                    if !is_there && other != NONE && blocked.contains(&(other as usize)) {
+                    if (!is_there || those == Blocked::All) && is_blocked(holder.agent) {
                         continue;
                     }
                     let behind =
@@ -255,7 +280,7 @@ impl Junctions {
                         return Err(other.agent);
                     }
                 }
-                let blocked = view.occupancy.on(lane).iter().find(|o| {
+                let obstacle = view.occupancy.on(lane).iter().find(|o| {
                     conflict.between(is_wide(view, own, o.agent)).is_some_and(|area| {
                         view.occupancy.reacts_to(own, o.agent)
                             && o.aligned < 0.6
@@ -265,7 +290,7 @@ impl Junctions {
                             && is_idle(vehicles, view, o.agent)
                     })
                 });
-                if let Some(occupant) = blocked {
+                if let Some(occupant) = obstacle {
                     return Err(occupant.agent);
                 }
             }
@@ -311,6 +336,7 @@ impl Junctions {
                             if gap < constraint.merge_leader_m {
                                 (constraint.merge_leader_m, constraint.merge_leader_mps) =
                                     (gap, speed);
+                                self.merges_behind[row] = holder.agent;
                             }
                             continue;
                         }

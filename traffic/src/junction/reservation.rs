@@ -54,10 +54,11 @@ impl Junctions {
         view: &View,
     ) {
         let row = request.row;
-        if vehicles.reservation[row] == 0 {
+        if vehicles.reservation[row] == 0
+            && !move_forward(vehicles, reservations, row, &self.rows_behind(vehicles, request))
+        {
             *reservations += 1;
             vehicles.reservation[row] = *reservations;
-            self.revoke_behind(vehicles, request);
         }
         vehicles.reservation_end[row] =
             vehicles.route[row].lanes_passed.wrapping_add(request.to as u32);
@@ -80,27 +81,24 @@ impl Junctions {
         }
     }
 
-    /// Withdraws earlier reservations of vehicles behind on the same lane: reservations must be in
-    /// the order of the queue, or their order would have cycles.
-    pub(super) fn revoke_behind(&self, vehicles: &mut VehicleTable, request: &Request) {
+    /// Returns the holders behind the vehicle of a request on the same lane. A reservation before
+    /// theirs keeps reservations in the order of the queue; otherwise their order would have cycles.
+    pub(super) fn rows_behind(&self, vehicles: &VehicleTable, request: &Request) -> Vec<usize> {
         let lane = vehicles.route[request.row].lanes()[request.from];
-        for other in 0..vehicles.id.len() {
-            if other == request.row
-                || vehicles.reservation[other] == 0
-                || vehicles.located[other] == 0
+        let is_behind = |other: &usize| {
+            if *other == request.row
+                || vehicles.reservation[*other] == 0
+                || vehicles.located[*other] == 0
             {
-                continue;
+                return false;
             }
-            let lanes = vehicles.route[other].lanes();
-            let end = reserved_lanes(vehicles, other).min(lanes.len());
-            let behind = (0..end)
+            let lanes = vehicles.route[*other].lanes();
+            let end = reserved_lanes(vehicles, *other).min(lanes.len());
+            (0..end)
                 .find(|&k| lanes[k] == lane)
-                .is_some_and(|k| self.start(other, k) > request.entry_m);
-            if behind {
-                vehicles.reservation[other] = 0;
-                vehicles.reservation_end[other] = 0;
-            }
-        }
+                .is_some_and(|k| self.start(*other, k) > request.entry_m)
+        };
+        (0..vehicles.id.len()).filter(is_behind).collect()
     }
 
     /// Stops a vehicle without a reservation at its line and counts its waiting time.
@@ -128,6 +126,29 @@ impl Junctions {
             }
         }
     }
+}
+
+/// Gives a row a reservation before those of `others`; returns `false` if it has the earliest
+/// already or none of them has one.
+pub(super) fn move_forward(
+    vehicles: &mut VehicleTable,
+    reservations: &mut u64,
+    row: usize,
+    others: &[usize],
+) -> bool {
+    let reserved = others
+        .iter()
+        .map(|&other| vehicles.reservation[other])
+        .filter(|&reservation| reservation != 0);
+    let Some(earliest) = reserved.min().filter(|&first| first != vehicles.reservation[row]) else {
+        return false;
+    };
+    for reservation in vehicles.reservation.iter_mut().filter(|number| **number >= earliest) {
+        *reservation += 1;
+    }
+    *reservations += 1;
+    vehicles.reservation[row] = earliest;
+    true
 }
 
 /// Ends a reservation when all its lanes lie behind, and measures for how long it is unused.

@@ -6,6 +6,7 @@ use crate::{
     map::Map,
     obstacles::Obstacle,
     occupancy::Occupancy,
+    tracks::NONE,
     vehicle_table::VehicleTable,
 };
 
@@ -40,10 +41,14 @@ pub(super) struct Request {
 pub(crate) struct Junctions {
     pub(crate) constraints: Vec<JunctionConstraint>,
     pub(crate) waits: Vec<WaitReason>,
-    /// The agent that the vehicle waits for: an index into the agents, or `NONE`.
-    pub(crate) blockers: Vec<u32>,
+    /// The agent that a vehicle without a reservation waits for: an index into the agents, or
+    /// `NONE`.
+    pub(super) blockers: Vec<u32>,
     /// The agent that a holder yields to: an index into the agents, or `NONE`.
     pub(super) yields_to: Vec<u32>,
+    /// The agent that a holder follows while it is on another lane of a merge: an index into the
+    /// agents, or `NONE`.
+    pub(super) merges_behind: Vec<u32>,
     pub(super) requests: Vec<Request>,
     pub(super) holders: Vec<Presence>,
     pub(super) approaching: Vec<Presence>,
@@ -93,6 +98,11 @@ impl Junctions {
     /// Returns the distance from the front bumper of `row` to the start of lane `k` of its route.
     pub(crate) fn start(&self, row: usize, k: usize) -> f32 {
         self.starts[self.starts_from[row] + k]
+    }
+
+    /// Returns the agent that `row` waits for or yields to: an index into the agents, or `NONE`.
+    pub(crate) fn blocker(&self, row: usize) -> u32 {
+        if self.yields_to[row] == NONE { self.blockers[row] } else { self.yields_to[row] }
     }
 
     /// Returns those distances for every lane that the route had at the beginning of the stage;
