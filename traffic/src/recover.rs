@@ -84,10 +84,21 @@ pub(crate) fn decide(
         if is_free(agents, agent, -1.0, BEHIND_M) {
             vehicles.reverse_s[row] = REVERSE_S;
             vehicles.reverse_count[row] = vehicles.reverse_count[row].saturating_add(1);
+            vehicles.evasion_side[row] = side_away_from(agents, agent, leader);
             return Maneuver::Reverse;
         }
     }
     Maneuver::Forward
+}
+
+/// Returns the side on which the leader leaves more room: 1 left, −1 right.
+fn side_away_from(agents: &Agents, agent: usize, leader: &Leader) -> f32 {
+    let Some(obstacle) = agents.position.get(leader.agent as usize) else { return 1.0 };
+    let body = agents.body[leader.agent as usize];
+    let middle = obstacle.truncate()
+        + agents.forward[leader.agent as usize] * 0.5 * (body.front_m - body.rear_m);
+    let to = middle - agents.position[agent].truncate();
+    if agents.forward[agent].perp_dot(to) > 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the backward acceleration in reverse.

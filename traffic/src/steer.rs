@@ -76,12 +76,12 @@ pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Bo
     -oncoming * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
 }
 
-/// Returns the lateral offset of a vehicle that has reversed this often: what stands at the kerb
+/// Returns the lateral offset of a vehicle that has reversed: away from what was in its way, which
 /// would block it again. After `EVASION_COUNT` attempts it tries the other side.
-fn evasion_left(tracks: &Tracks, lane: u32, reverse_count: u32) -> f32 {
-    let away = if tracks.oncoming[lane as usize] < 0.0 { -1.0 } else { 1.0 };
-    let side = if reverse_count > EVASION_COUNT { -away } else { away };
-    side * EVASION_M * (reverse_count.min(2) as f32)
+fn evasion_left(vehicles: &VehicleTable, row: usize) -> f32 {
+    let (away, count) = (vehicles.evasion_side[row], vehicles.reverse_count[row]);
+    let side = if count > EVASION_COUNT { -away } else { away };
+    side * EVASION_M * (count.min(2) as f32)
 }
 
 /// Returns the angle of the front wheels, positive to the left, and the deviation that it corrects.
@@ -113,7 +113,7 @@ pub(crate) fn steer(
     let target_left = shift_m
         + offset_left_m
         + wide_offset_left(tracks, lane, hint_m, &agents.body[agent])
-        + evasion_left(tracks, lane, vehicles.reverse_count[row]);
+        + evasion_left(vehicles, row);
     // The curvature is taken a little farther on, because steering follows it with a delay.
     let (lane, arc_m) =
         ahead(vehicles, row, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));

@@ -150,6 +150,8 @@ columns! {
     reverse_s: f32 = 0.0,
     /// Number of reversals since the vehicle last drove on.
     reverse_count: u32 = 0,
+    /// Side to which the vehicle evades after a reversal: 1 left, −1 right.
+    evasion_side: f32 = 0.0,
 }
 
 impl VehicleTable {
