@@ -86,6 +86,7 @@ pub(crate) fn plan(
         let motive = match (params.change_now(id), route_side) {
             (0.0, Some(side)) if side != 0.0 => Motive::Route(side),
             (0.0, _) if vehicles.change_cooldown_s[row] > 0.0 => continue,
+            (0.0, Some(_)) if passes_prop(vehicles, row, params, view) => Motive::Obstacle,
             (0.0, Some(_)) => Motive::LaneEnd,
             (0.0, None) => unguided_motive(vehicles, row, params, view),
             (side, _) => Motive::Commanded(side),
@@ -133,12 +134,18 @@ impl Motive {
     }
 }
 
+/// Returns whether a vehicle changes lanes to pass a prop that stands on its lane.
+fn passes_prop(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> bool {
+    let leader = &view.leaders[row];
+    leader.gap_m < OBSTACLE_M
+        && view.agents.is_standing_prop(leader.agent)
+        && params.changes_lanes(vehicles.id[row])
+}
+
 /// Returns the motive of a vehicle without a route or a command of a client.
 fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> Motive {
     let id = vehicles.id[row];
-    let leader = &view.leaders[row];
-    let is_blocked = leader.gap_m < OBSTACLE_M && view.agents.is_standing_prop(leader.agent);
-    if is_blocked && params.changes_lanes(id) {
+    if passes_prop(vehicles, row, params, view) {
         return Motive::Obstacle;
     }
     for (probability, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {

@@ -13,13 +13,18 @@ use crate::Planner;
 
 /// Returns journal entries that command a route to the only car.
 fn commands(steps: &[RouteStep]) -> Vec<JournalEntry> {
+    commands_to(ActorId(1), steps)
+}
+
+/// Returns journal entries that command a route to a vehicle.
+fn commands_to(vehicle: ActorId, steps: &[RouteStep]) -> Vec<JournalEntry> {
     let line = |guide: RouteCommand| JournalEntry {
         client: Name::new("test"),
         sequence: 1,
         command: RawCommand::from(Command::RouteCommand(guide)),
         outcome: Outcome::done(0),
     };
-    RouteCommand::route(ActorId(1), steps).into_iter().map(line).collect()
+    RouteCommand::route(vehicle, steps).into_iter().map(line).collect()
 }
 
 /// Creates a town with one car, on the `nth` of its spawn points.
@@ -201,4 +206,24 @@ fn a_vehicle_whose_route_is_cleared_turns_at_random() {
         course.planner.save() == uncommanded.planner.save(),
         "the same state as without commands"
     );
+}
+
+#[test]
+fn a_vehicle_on_a_route_changes_lanes_to_pass_a_prop_and_continues_its_route() {
+    let on_lane = |x: f32| Vec3::new(x, -1.75, 0.0);
+    let prop = super::course::Car { position: on_lane(300.0), parked: true, ..Default::default() };
+    let car = super::course::Car { position: on_lane(100.0), speed: 10.0, ..Default::default() };
+    let mut course = Course::with_cars(maps::two_lanes(), 1, vec![prop, car]);
+    let target = RouteStep::place(on_lane(480.0));
+    course.tick_with(&commands_to(ActorId(2), &[target]));
+    let waits = super::driving::drive_at_prop(&mut course, "static.prop.streetbarrier", 25);
+    let passed = course.cars[1].position;
+    assert!(passed.x > 330.0 && waits.is_empty(), "it stands at {passed}, {waits:?}");
+    for _ in 0..20 * 60 {
+        if course.cars[1].position.x > 479.0 {
+            break;
+        }
+        super::driving::drive_at_prop(&mut course, "static.prop.streetbarrier", 1);
+    }
+    assert!((course.cars[1].position.y + 1.75).abs() < 1.0, "{}", course.cars[1].position);
 }

@@ -116,7 +116,11 @@ fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
 
 /// Lets a car drive for a while towards a prop, which is vehicle 0 of the course; returns the waits
 /// that were reported.
-fn drive_at_prop(course: &mut Course, blueprint: &str, seconds: u32) -> Vec<crate::PropWait> {
+pub(super) fn drive_at_prop(
+    course: &mut Course,
+    blueprint: &str,
+    seconds: u32,
+) -> Vec<crate::PropWait> {
     let (blueprint, _) = town::blueprint(blueprint).unwrap();
     let mut waits = Vec::new();
     for _ in 0..20 * seconds {
