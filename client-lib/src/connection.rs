@@ -14,8 +14,8 @@ use bus::{
     fault,
 };
 use protocol::{
-    BatchHeader, BlueprintInfo, Frame, Name, Query, QueryHeader, RawCommand, Response, Stamp,
-    VehicleControl,
+    BATCH_MAX, BatchHeader, BlueprintInfo, Frame, Name, Query, QueryHeader, RawCommand, Response,
+    Stamp, VehicleControl,
 };
 use road::Network;
 
@@ -120,13 +120,13 @@ impl Connection {
             participant.set_strategy(strategy);
         }
         fault::joining(Role::Client);
-        let ClientPorts { snapshot, journal, command, control, query, response, bundles } =
+        let ClientPorts { snapshot, outcomes, command, control, query, response, bundles } =
             ClientPorts::open(participant.node()?)?;
         participant.ready()?;
         let first = participant.words().ack();
         let connection = Connection {
             command: Mutex::new(command),
-            inbox: Mutex::new(Inbox::new(journal)),
+            inbox: Mutex::new(Inbox::new(outcomes)),
             queries: Mutex::new(Queries { query, response, sequence: 0 }),
             bundles,
             network: Mutex::new(None),
@@ -173,23 +173,56 @@ impl Connection {
         }
     }
 
-    /// Sends commands, written in place; returns the number of the first.
+    /// Sends commands, written in place, in as many batches as they need. With an inbox, their
+    /// outcomes are awaited. Returns the number of the first.
     pub(crate) fn send(
         &self,
         commands: impl ExactSizeIterator<Item = RawCommand>,
         now: bool,
+        inbox: Option<&mut Inbox>,
     ) -> Result<u64, ClientError> {
         let writer = lock(&self.command);
-        let mut loan = writer.loan(commands.len())?;
         // Numbered under the lock: batches leave in the order of their numbers.
         let header = self.batch(commands.len(), now);
-        loan.payload_mut().iter_mut().zip(commands).for_each(|(room, command)| *room = command);
-        loan.send(header)?;
-        drop(writer);
-        if now {
-            self.participant.control().host.notify();
+        let first = header.sequence;
+        match inbox {
+            None => self.send_batches(&writer, header, commands, || Ok(()))?,
+            Some(inbox) => {
+                inbox.open(first, commands.len());
+                let sent =
+                    self.send_batches(&writer, header, commands, || inbox.take_in(self.name));
+                if sent.is_err() {
+                    inbox.close(first);
+                }
+                sent?;
+            }
         }
-        Ok(header.sequence)
+        Ok(first)
+    }
+
+    /// Sends commands numbered as in `header`; calls `between` after each batch but the last.
+    fn send_batches(
+        &self,
+        writer: &Writer<BatchHeader, RawCommand>,
+        mut header: BatchHeader,
+        mut commands: impl ExactSizeIterator<Item = RawCommand>,
+        mut between: impl FnMut() -> Result<(), ClientError>,
+    ) -> Result<(), ClientError> {
+        while commands.len() > 0 {
+            let count = commands.len().min(BATCH_MAX);
+            let mut loan = writer.loan(count)?;
+            let rooms = loan.payload_mut().iter_mut();
+            rooms.zip(&mut commands).for_each(|(room, command)| *room = command);
+            loan.send(header)?;
+            header.sequence += count as u64;
+            if commands.len() > 0 {
+                self.participant.control().host.notify();
+                between()?;
+            } else if header.now != 0 {
+                self.participant.control().host.notify();
+            }
+        }
+        Ok(())
     }
 
     /// Sends queries and waits for the response to each, in their order.

@@ -68,7 +68,7 @@ impl Controller {
     ///
     /// [`ClientError::Bus`] if the host has not taken earlier commands for 2 s.
     pub fn send<C: Copy + Into<Command>>(&mut self, commands: &[C]) -> Result<(), ClientError> {
-        self.connection.send(commands.iter().map(|command| raw(*command)), false).map(drop)
+        self.connection.send(commands.iter().map(|command| raw(*command)), false, None).map(drop)
     }
 
     /// Sends commands that are carried out at once if the world stands still, else with its next
@@ -84,8 +84,8 @@ impl Controller {
     ) -> Result<Ticket, ClientError> {
         let mut inbox = self.connection.inbox();
         inbox.prepare(self.connection.name())?;
-        let first = self.connection.send(commands.iter().map(|command| raw(*command)), true)?;
-        inbox.open(first, commands.len());
+        let raw_commands = commands.iter().map(|command| raw(*command));
+        let first = self.connection.send(raw_commands, true, Some(&mut inbox))?;
         drop(inbox);
         Ok(Ticket::new(&self.connection, what, first, commands.len()))
     }

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use bus::Journal;
+use bus::Outcomes;
 use protocol::{Frame, JournalEntry, Name};
 
 use crate::ClientError;
@@ -20,7 +20,7 @@ const OTHERS_MAX: usize = 65_536;
 
 /// The reading end of the journal, and the tickets that wait for entries of it.
 pub(crate) struct Inbox {
-    journal: Journal,
+    entries: Outcomes,
     /// By the number of the first command.
     open: BTreeMap<u64, Awaited>,
     /// Commands of other participants, if they are wanted.
@@ -30,8 +30,8 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
-    pub(crate) fn new(journal: Journal) -> Inbox {
-        Inbox { journal, open: BTreeMap::new(), others: None, is_gap: false }
+    pub(crate) fn new(entries: Outcomes) -> Inbox {
+        Inbox { entries, open: BTreeMap::new(), others: None, is_gap: false }
     }
 
     /// Awaits the outcomes of `count` commands that are about to be sent, numbered from `first`.
@@ -43,7 +43,7 @@ impl Inbox {
     /// Before commands are sent: entries that nothing waits for are dropped unread.
     pub(crate) fn prepare(&mut self, own: Name) -> Result<(), ClientError> {
         if self.open.is_empty() && self.others.is_none() {
-            return Ok(self.journal.begin_here()?);
+            return Ok(self.entries.begin_here()?);
         }
         self.take_in(own)
     }
@@ -51,7 +51,7 @@ impl Inbox {
     /// Collects entries of other participants from now on.
     pub(crate) fn follow_others(&mut self) -> Result<(), ClientError> {
         if self.others.is_none() && self.open.is_empty() {
-            self.journal.begin_here()?;
+            self.entries.begin_here()?;
         }
         self.others.get_or_insert_default();
         Ok(())
@@ -80,27 +80,25 @@ impl Inbox {
 
     /// Reads what has come.
     pub(crate) fn take_in(&mut self, own: Name) -> Result<(), ClientError> {
-        let is_lost = self.journal.poll()?;
-        for event in self.journal.until(Frame(u64::MAX)) {
-            let bus::Event::Entry(frame, entry) = event else { continue };
+        let Inbox { entries, open, others, is_gap } = self;
+        let is_lost = entries.receive(|frame, entry| {
             if entry.client == own {
-                if let Some((first, awaited)) = self.open.range_mut(..=entry.sequence).next_back()
+                if let Some((first, awaited)) = open.range_mut(..=entry.sequence).next_back()
                     && entry.sequence < first + awaited.count as u64
                 {
-                    awaited.outcomes.push(entry);
+                    awaited.outcomes.push(*entry);
                 }
-            } else if let Some(others) = &mut self.others {
+            } else if let Some(others) = others {
                 if others.len() == OTHERS_MAX {
                     others.pop_front();
-                    self.is_gap = true;
+                    *is_gap = true;
                 }
-                others.push_back((frame, entry));
+                others.push_back((frame, *entry));
             }
-        }
+        })?;
         if is_lost {
             self.open.values_mut().for_each(|awaited| awaited.is_lost = true);
             self.is_gap = self.others.is_some();
-            self.journal.begin_here()?;
         }
         Ok(())
     }

@@ -129,7 +129,7 @@ impl Drop for SensorBundle {
         {
             let command = RawCommand::from(Command::DestroyBundle(self.id));
             // If the command cannot be sent, the host destroys the bundle with its client.
-            let _ = owner.send(std::iter::once(command), true);
+            let _ = owner.send(std::iter::once(command), true, None);
         }
     }
 }

@@ -24,9 +24,6 @@ use crate::{
     world::World,
 };
 
-/// Time after which the host is woken again if a requested keyframe has not arrived. Nanoseconds.
-const KEYFRAME_NANOS: u64 = 100_000_000;
-
 /// Start-up options of the renderer.
 #[derive(Clone, Debug, Default)]
 pub struct RenderConfig {
@@ -66,8 +63,7 @@ pub fn run(
     let scene = Arc::new(scene_for(&cache, &episode, is_replaced.then_some(&replaced))?);
     let tracer =
         if config.null { Tracer::Null } else { Tracer::open(config.device, config.threads)? };
-    let mut ports = RenderPorts::open(participant.node()?)?;
-    ports.journal.await_keyframe();
+    let ports = RenderPorts::open(participant.node()?)?;
     participant.ready()?;
     let done = participant.words().ack();
     let first = done.next();
@@ -93,7 +89,10 @@ pub fn run(
     renderer.import_payloads();
     loop {
         match renderer.participant.next_frame(renderer.done, None) {
-            Ok(newest) => renderer.work_up_to(newest)?,
+            Ok(newest) => match renderer.work_up_to(newest) {
+                Err(RenderError::Bus(bus::BusError::HostEnds)) => return Ok(()),
+                worked => worked?,
+            },
             Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
         }
     }
@@ -191,7 +190,7 @@ impl Renderer {
         self.participant.begin();
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Render, frame);
-        self.apply_journal(frame)?;
+        self.apply_journal(header)?;
         self.standing.shapes.begin_frame(header.stamp);
         if self.standing.settings.no_rendering == 0 {
             self.measure_bundles(snapshot, begin_nanos)?;
@@ -325,33 +324,11 @@ impl Renderer {
         }
     }
 
-    /// Waits until the requested keyframe has arrived or the host ends.
-    fn await_keyframe(&mut self) -> Result<(), RenderError> {
+    /// Applies the journal up to the frame of a snapshot.
+    fn apply_journal(&mut self, snapshot: &SnapshotHeader) -> Result<(), RenderError> {
         let Renderer { participant, ports, .. } = self;
-        loop {
-            let deadline = clock::now_nanos() + KEYFRAME_NANOS;
-            let answer = participant.await_answer(deadline, || match ports.journal.poll() {
-                Ok(true) => None,
-                Ok(false) => Some(Ok(())),
-                Err(error) => Some(Err(error)),
-            });
-            match answer {
-                Ok(polled) => return Ok(polled?),
-                Err(Interrupted::HostEnds) => return Ok(()),
-                Err(Interrupted::Deadline) => participant.control().host.notify(),
-            }
-        }
-    }
-
-    /// Applies the journal up to `frame`. If entries were lost, requests a keyframe and waits for
-    /// it.
-    fn apply_journal(&mut self, frame: Frame) -> Result<(), RenderError> {
-        if self.ports.journal.poll()? {
-            self.participant.words().request_keyframe();
-            self.participant.control().host.notify();
-            self.await_keyframe()?;
-        }
-        for event in self.ports.journal.until(frame) {
+        participant.receive_journal(&mut ports.journal, snapshot.journal_serial)?;
+        for event in self.ports.journal.until(snapshot.stamp.frame) {
             match event {
                 Event::Reset => {
                     self.bundles.reset();

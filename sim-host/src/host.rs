@@ -14,6 +14,7 @@ use crate::{
     keyframes::Keyframes,
     maps::build_world,
     physics_sensors::PhysicsSensors,
+    progress::StageProgress,
     request::Request,
     shell::{HostConfig, IDLE_NANOS, Shell, TickTimes},
     sim::{Decision, Inputs, Outputs, Sim},
@@ -106,13 +107,14 @@ impl Host {
             deferred: Vec::new(),
             episode_number: FIRST_EPISODE,
             cache,
-            resyncs: BTreeMap::new(),
+            journal_from: BTreeMap::new(),
             roles,
             deaths: BTreeMap::new(),
+            progress: StageProgress::default(),
             config,
             owned_instance,
         };
-        shell.keyframes.close(sim.stamp(), lines);
+        shell.keyframes.close(sim.stamp(), lines, Frame(0));
         shell.send_snapshot(&sim, &Outputs { delta_nanos: 0, ..sim.outputs() }, 0)?;
         shell.await_stages()?;
         Ok(Host { sim, shell })

@@ -1,8 +1,11 @@
 //! The journal: commands arrive in a fixed order; entries with outcomes are published in parts.
 
+use std::collections::VecDeque;
+
 use bus::{BusError, HostPorts};
 use protocol::{
-    BatchHeader, Command, Frame, JournalEntry, JournalHeader, RawCommand, Stamp, VehicleControl,
+    BatchHeader, Command, Frame, JOURNAL_PART_MAX, JournalEntry, JournalHeader, RawCommand, Stamp,
+    VehicleControl,
 };
 
 use crate::request::{Pending, Request};
@@ -120,13 +123,18 @@ fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[RawComman
     }
 }
 
-/// The journal of the frame in progress.
+/// The journal of the frame in progress, and the parts that stages have no room for yet.
 #[derive(Default)]
 pub(crate) struct JournalWriter {
     entries: Vec<JournalEntry>,
-    /// Number of entries that are published.
-    published: usize,
+    /// Number of entries whose outcomes clients have.
+    announced: usize,
+    /// Serial of the next part with outcomes for clients.
+    outcome_serial: u64,
+    /// Serial of the next part for stages.
     serial: u64,
+    /// Parts for stages that are not sent yet.
+    backlog: VecDeque<(JournalHeader, Vec<JournalEntry>)>,
 }
 
 impl JournalWriter {
@@ -135,58 +143,92 @@ impl JournalWriter {
         self.entries.push(entry);
     }
 
-    /// Publishes the new entries as a part of the journal of `stamp`'s frame.
-    pub(crate) fn publish(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
-        if self.published < self.entries.len() {
-            let first = self.published as u32;
-            let header = self.header(stamp, first, 0);
-            ports.journal.send(header, &self.entries[self.published..])?;
-            self.published = self.entries.len();
+    /// Sends the new entries of `stamp`'s frame to clients.
+    pub(crate) fn announce(&mut self, ports: &HostPorts, stamp: Stamp) -> Result<(), BusError> {
+        while self.announced < self.entries.len() {
+            let part = &self.entries[self.announced..];
+            let part = &part[..part.len().min(JOURNAL_PART_MAX)];
+            let first = self.announced as u32;
+            let header = JournalHeader { stamp, serial: self.outcome_serial, first, keyframe: 0 };
+            ports.outcome.send(header, part)?;
+            self.outcome_serial += 1;
+            self.announced += part.len();
         }
         Ok(())
     }
 
-    /// Publishes a keyframe for late participants; `follow` journals of later frames belong to it.
-    pub(crate) fn publish_keyframe(
+    /// Puts a keyframe for late participants into the backlog, and the journals after it.
+    pub(crate) fn push_keyframe(
         &mut self,
-        ports: &HostPorts,
-        frame: Frame,
-        entries: &[JournalEntry],
-        follow: usize,
-    ) -> Result<(), BusError> {
-        let parts = 1 + follow as u32;
-        ports.journal.send(self.header(Stamp { frame, ..Stamp::default() }, 0, parts), entries)
+        (at, standing): &(Frame, Vec<JournalEntry>),
+        after: &[(Frame, Vec<JournalEntry>)],
+    ) {
+        let parts = |entries: &[JournalEntry]| entries.len().div_ceil(JOURNAL_PART_MAX);
+        let follow: usize = after.iter().map(|(_, entries)| parts(entries)).sum();
+        let total = parts(standing).max(1) + follow;
+        let stamp = |frame| Stamp { frame, ..Stamp::default() };
+        if standing.is_empty() {
+            self.push_part(stamp(*at), 0, total as u32, Vec::new());
+        }
+        for (index, part) in standing.chunks(JOURNAL_PART_MAX).enumerate() {
+            let first = (index * JOURNAL_PART_MAX) as u32;
+            self.push_part(stamp(*at), first, (total - index) as u32, part.to_vec());
+        }
+        for (frame, entries) in after {
+            self.push_frame(stamp(*frame), entries);
+        }
     }
 
-    /// Publishes the journal of a past frame again, for late participants.
-    pub(crate) fn publish_again(
-        &mut self,
-        ports: &HostPorts,
-        frame: Frame,
-        entries: &[JournalEntry],
-    ) -> Result<(), BusError> {
-        ports.journal.send(self.header(Stamp { frame, ..Stamp::default() }, 0, 0), entries)
+    /// Completes the frame: puts its journal into the backlog and returns it.
+    pub(crate) fn take_frame(&mut self, stamp: Stamp) -> Vec<JournalEntry> {
+        self.announced = 0;
+        let entries = std::mem::take(&mut self.entries);
+        self.push_frame(stamp, &entries);
+        entries
     }
 
-    fn header(&mut self, stamp: Stamp, first: u32, keyframe: u32) -> JournalHeader {
-        let serial = self.serial;
+    fn push_frame(&mut self, stamp: Stamp, entries: &[JournalEntry]) {
+        for (index, part) in entries.chunks(JOURNAL_PART_MAX).enumerate() {
+            self.push_part(stamp, (index * JOURNAL_PART_MAX) as u32, 0, part.to_vec());
+        }
+    }
+
+    fn push_part(&mut self, stamp: Stamp, first: u32, keyframe: u32, entries: Vec<JournalEntry>) {
+        let header = JournalHeader { stamp, serial: self.serial, first, keyframe };
         self.serial += 1;
-        JournalHeader { stamp, serial, first, keyframe }
+        self.backlog.push_back((header, entries));
     }
 
-    /// Returns the published entries of the coming frame.
-    pub(crate) fn published(&self) -> &[JournalEntry] {
-        &self.entries[..self.published]
+    /// Sends parts of the backlog, at most `room`. Returns whether it sent one.
+    pub(crate) fn send_backlog(&mut self, ports: &HostPorts, room: u64) -> Result<bool, BusError> {
+        let mut sent = 0;
+        while sent < room
+            && let Some((header, entries)) = self.backlog.front()
+        {
+            ports.journal.send(*header, entries)?;
+            self.backlog.pop_front();
+            sent += 1;
+        }
+        Ok(sent > 0)
+    }
+
+    /// Whether stages have been sent everything.
+    pub(crate) fn is_sent(&self) -> bool {
+        self.backlog.is_empty()
+    }
+
+    /// Returns the serial of the next part to be sent to stages.
+    pub(crate) fn sent(&self) -> u64 {
+        self.serial - self.backlog.len() as u64
+    }
+
+    /// Returns the serial after the last part in the backlog.
+    pub(crate) fn serial(&self) -> u64 {
+        self.serial
     }
 
     /// Returns the number of entries of the frame.
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
-    }
-
-    /// Completes the frame and returns its journal.
-    pub(crate) fn take_frame(&mut self) -> Vec<JournalEntry> {
-        self.published = 0;
-        std::mem::take(&mut self.entries)
     }
 }

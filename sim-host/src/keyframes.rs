@@ -67,10 +67,13 @@ pub(crate) struct Keyframes {
 }
 
 impl Keyframes {
-    /// Adds the complete journal of a frame.
-    pub(crate) fn close(&mut self, stamp: Stamp, entries: Vec<JournalEntry>) {
+    /// Adds the complete journal of a frame. Keeps the journals of the frames after `planned`, from
+    /// which a restarted planner continues.
+    pub(crate) fn close(&mut self, stamp: Stamp, entries: Vec<JournalEntry>, planned: Frame) {
         self.recent.push_back((stamp, entries));
-        while self.recent.len() > PIPELINE_MAX as usize + 1 {
+        while self.recent.len() > PIPELINE_MAX as usize + 1
+            && self.recent.front().is_some_and(|(oldest, _)| oldest.frame <= planned)
+        {
             if let Some((stamp, entries)) = self.recent.pop_front() {
                 entries.iter().for_each(|entry| self.base.apply(entry));
                 self.base.standing.end_frame(stamp);
@@ -124,11 +127,11 @@ mod tests {
     #[test]
     fn a_destroyed_bundle_is_in_no_keyframe() {
         let mut keyframes = Keyframes::default();
-        keyframes.close(at(1), bundle(1));
-        keyframes.close(at(2), bundle(2));
-        keyframes.close(at(3), vec![entry(Command::DestroyBundle(BundleId(1)), 1)]);
+        keyframes.close(at(1), bundle(1), Frame(1));
+        keyframes.close(at(2), bundle(2), Frame(2));
+        keyframes.close(at(3), vec![entry(Command::DestroyBundle(BundleId(1)), 1)], Frame(3));
         for frame in 4..10 {
-            keyframes.close(at(frame), vec![]);
+            keyframes.close(at(frame), vec![], Frame(frame));
         }
         let ((at, entries), after) = keyframes.since(Frame(9));
         assert_eq!((at, entries, after), (Frame(9), bundle(2), vec![]));
@@ -140,14 +143,18 @@ mod tests {
         let set = |first| SetBones { actor_id: ActorId(3), first, count: 6, ..SetBones::default() };
         let blend = Command::BlendPose(BlendPose { actor_id: ActorId(3), weight: 1.0 });
         let commands = [Command::SetBones(set(0)), Command::SetBones(set(6)), blend];
-        keyframes.close(at(1), commands.iter().map(|command| entry(*command, 3)).collect());
-        keyframes.close(at(2), vec![entry(Command::SetBones(set(6)), 3)]);
+        keyframes.close(
+            at(1),
+            commands.iter().map(|command| entry(*command, 3)).collect(),
+            Frame(1),
+        );
+        keyframes.close(at(2), vec![entry(Command::SetBones(set(6)), 3)], Frame(2));
         let poses_at = |keyframes: &Keyframes, frame| {
             let ((_, entries), _) = keyframes.since(Frame(frame));
             entries.iter().filter_map(|entry| entry.command.decode()).collect::<Vec<_>>()
         };
         assert_eq!(poses_at(&keyframes, 2), commands);
-        keyframes.close(at(3), vec![entry(Command::Destroy(ActorId(3)), 3)]);
+        keyframes.close(at(3), vec![entry(Command::Destroy(ActorId(3)), 3)], Frame(3));
         assert_eq!(poses_at(&keyframes, 3), []);
     }
 
@@ -155,12 +162,23 @@ mod tests {
     fn a_trailing_participant_is_served_the_state_at_its_own_frame() {
         let mut keyframes = Keyframes::default();
         let mild = entry(Command::SetWeather(Weather { wetness: 10.0, ..Weather::default() }), 0);
-        keyframes.close(at(1), vec![mild]);
+        keyframes.close(at(1), vec![mild], Frame(1));
         let wet = entry(Command::SetWeather(Weather { wetness: 90.0, ..Weather::default() }), 0);
-        keyframes.close(at(2), vec![]);
-        keyframes.close(at(3), vec![wet]);
+        keyframes.close(at(2), vec![], Frame(2));
+        keyframes.close(at(3), vec![wet], Frame(3));
         let ((at, entries), after) = keyframes.since(Frame(2));
         assert_eq!((at, entries, after), (Frame(2), vec![mild], vec![(Frame(3), vec![wet])]));
+    }
+
+    #[test]
+    fn what_the_planner_has_not_seen_is_not_folded() {
+        let mut keyframes = Keyframes::default();
+        let wet = entry(Command::SetWeather(Weather { wetness: 90.0, ..Weather::default() }), 0);
+        for frame in 1..20 {
+            keyframes.close(at(frame), vec![wet], Frame(3));
+        }
+        let ((at, entries), after) = keyframes.since(Frame(3));
+        assert_eq!((at, entries, after.len()), (Frame(3), vec![wet], 16));
     }
 
     #[test]
@@ -173,18 +191,18 @@ mod tests {
             shapes.insert(&shape, &outcome);
             JournalEntry { outcome, ..entry(Command::Draw(shape), 0) }
         };
-        keyframes.close(at(1), vec![draw(0), draw(150), draw(1000)]);
+        keyframes.close(at(1), vec![draw(0), draw(150), draw(1000)], Frame(1));
         let ids = |done: u64, keyframes: &Keyframes| -> Vec<u32> {
             let ((_, entries), _) = keyframes.since(Frame(done));
             entries.iter().map(|entry| entry.outcome.id).collect()
         };
         assert_eq!(ids(1, &keyframes), [2, 3]);
         for frame in 2..10 {
-            keyframes.close(at(frame), vec![]);
+            keyframes.close(at(frame), vec![], Frame(frame));
         }
         assert_eq!(ids(9, &keyframes), [3]);
         let another = entry(Command::LoadMap(protocol::LoadMap::default()), 2);
-        keyframes.close(at(10), vec![another]);
+        keyframes.close(at(10), vec![another], Frame(10));
         assert_eq!(ids(10, &keyframes), [2], "nothing of the old world holds");
     }
 }

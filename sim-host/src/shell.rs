@@ -24,6 +24,7 @@ use crate::{
     maps::Maps,
     physics::Physics,
     physics_sensors::{PhysicsSensors, are_physics_sensors, needs_roads},
+    progress::StageProgress,
     recording::Recording,
     replay::Replay,
     request::Request,
@@ -35,6 +36,7 @@ mod episode;
 mod recorder;
 mod replays;
 mod slots;
+mod stalls;
 mod states;
 
 /// The configuration of a host.
@@ -55,10 +57,22 @@ pub struct HostConfig {
     pub deadline_nanos: Option<u64>,
     /// Whether a stage that dies is restarted.
     pub restart: bool,
+    /// What happens when a stage lives but does not arrive by the deadline of a synchronous frame.
+    pub on_stall: OnStall,
     /// The roles of the stages to start.
     pub stages: Vec<Role>,
     /// Set by the caller to stop the host.
     pub stop: Arc<AtomicBool>,
+}
+
+/// What happens to a synchronous frame at which a stage has not arrived by the deadline.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum OnStall {
+    /// The frame ends late, and names the stage.
+    #[default]
+    Late,
+    /// The stage is killed and started again, and completes the frame.
+    Restart,
 }
 
 /// Longest sleep of an idle host before it checks its participants.
@@ -95,11 +109,13 @@ pub(crate) struct Shell {
     /// Number of the current episode.
     pub episode_number: u32,
     pub cache: Cache,
-    /// For each slot, the number of answered requests for a keyframe.
-    pub resyncs: BTreeMap<usize, u64>,
+    /// For each stage that participates, the serial of the first journal part that it was sent.
+    pub journal_from: BTreeMap<usize, u64>,
     pub roles: BTreeMap<usize, Role>,
     /// For each stage, the frame of its last death and the number of deaths in that frame.
     pub deaths: BTreeMap<usize, (Frame, u32)>,
+    /// For each stage, its last progress in asynchronous mode.
+    pub progress: StageProgress,
     pub config: HostConfig,
     // The last field, so that the files are removed after the ports are closed.
     pub owned_instance: OwnedInstance,
@@ -298,13 +314,14 @@ impl Shell {
     pub(crate) fn publish(&mut self, sim: &Sim, outputs: &Outputs) -> Result<(), HostError> {
         let stamp = outputs.stamp;
         self.show_settings(sim.settings());
-        self.journal.publish(&self.ports, stamp)?;
-        let journal_entries = self.journal.len() as u32;
-        let header = self.send_snapshot(sim, outputs, journal_entries)?;
+        self.journal.announce(&self.ports, stamp)?;
+        let entries = self.journal.take_frame(stamp);
+        self.send_journal()?;
+        let header = self.send_snapshot(sim, outputs, entries.len() as u32)?;
         self.physics_sensors.send(sim.world(), &header)?;
-        let entries = self.journal.take_frame();
         let kept = if self.recording.is_some() { entries.clone() } else { Vec::new() };
-        self.keyframes.close(stamp, entries);
+        let planned = self.planned();
+        self.keyframes.close(stamp, entries, planned);
         self.record(sim, &header, &kept);
         self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);
@@ -315,8 +332,32 @@ impl Shell {
     pub(crate) fn publish_early(&mut self, sim: &Sim) -> Result<(), HostError> {
         self.show_settings(sim.settings());
         let stamp = protocol::Stamp { frame: sim.stamp().frame.next(), ..sim.stamp() };
-        self.journal.publish(&self.ports, stamp)?;
+        self.journal.announce(&self.ports, stamp)?;
         self.control.complete.notify_all();
+        Ok(())
+    }
+
+    /// Returns the frame up to which traffic has planned.
+    fn planned(&self) -> Frame {
+        let traffic = self.roles.iter().find(|(_, role)| **role == Role::Traffic);
+        let done = traffic.and_then(|(slot, _)| self.barrier.done(*slot));
+        done.unwrap_or(self.barrier.frame())
+    }
+
+    /// Sends stages what they have room for of the journal.
+    pub(crate) fn send_journal(&mut self) -> Result<(), HostError> {
+        if self.journal.is_sent() {
+            return Ok(());
+        }
+        let sent = self.journal.sent();
+        let unread = |(slot, from): (&usize, &u64)| {
+            sent - self.control.slot(*slot).journal_read().clamp(*from, sent)
+        };
+        let unread = self.journal_from.iter().map(unread).max().unwrap_or(0);
+        let room = (bus::channel("journal").depth as u64).saturating_sub(unread);
+        if self.journal.send_backlog(&self.ports, room)? {
+            self.control.complete.notify_all();
+        }
         Ok(())
     }
 
@@ -344,6 +385,7 @@ impl Shell {
             state_hash: outputs.state_hash,
             collisions: outputs.collisions,
             journal_entries,
+            journal_serial: self.journal.serial(),
             ..SnapshotHeader::default()
         };
         loan.send(header)?;
@@ -394,7 +436,7 @@ impl Shell {
         mut serve: impl FnMut(&mut Shell) -> Result<(), HostError>,
     ) -> Result<Verdict, HostError> {
         let is_synchronous = self.settings.synchronous != 0;
-        let deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
+        let mut deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
         let mut last_count = self.control.host.count();
         loop {
             let members: Vec<_> = self.barrier.slots().collect();
@@ -405,6 +447,15 @@ impl Shell {
             let has_stages = !is_synchronous && self.barrier.missing() & mask == 0;
             let is_late = has_stages || deadline.is_some_and(|d| now >= d);
             let verdict = self.barrier.verdict(is_late);
+            if let Verdict::Late(mask) = verdict
+                && is_synchronous
+                && !self.is_stopped()
+                && self.config.on_stall == OnStall::Restart
+                && self.restart_stalled(mask)
+            {
+                deadline = timeout_nanos.map(|d| now + d);
+                continue;
+            }
             if verdict != Verdict::Open || self.is_stopped() {
                 if let Verdict::Late(mask) = verdict
                     && is_synchronous

@@ -117,6 +117,14 @@ impl Supervisor {
         Ok(())
     }
 
+    /// Kills the process of a stage. Returns false if the stage is a thread, which cannot be killed.
+    pub(crate) fn kill(&mut self, slot: usize) -> bool {
+        match self.stages.get_mut(&slot) {
+            Some(Stage::Process(child)) => child.kill().is_ok(),
+            Some(Stage::Thread(_)) | None => false,
+        }
+    }
+
     /// Watches a process that the host did not start. Returns whether it is alive.
     pub(crate) fn watch(&self, slot: usize) -> bool {
         let words = self.control.slot(slot);

@@ -3,7 +3,10 @@
 use std::sync::OnceLock;
 
 use bus::Role;
-use client_lib::{Client, Pose, SensorBundle, Spawn, wire::camera};
+use client_lib::{
+    Client, Command, Pose, SensorBundle, Spawn, TrafficParam,
+    wire::{Settings, camera},
+};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use protocol::{ActorId, output};
@@ -341,4 +344,62 @@ fn a_stage_that_keeps_dying_ends_the_run_with_its_last_error() {
     let said = String::from_utf8_lossy(&output.stderr);
     assert!(!output.status.success());
     assert!(said.contains("sensor-render") && said.contains("gpu:63"), "{said}");
+}
+
+#[test]
+fn a_stopped_stage_is_started_again_and_completes_its_frame() {
+    let sim = Sim::start(&["--deadline-secs", "0.5", "--on-stall", "restart"]);
+    let mut judge = Judge::new(&sim);
+    let mut seen = Vec::new();
+    for role in [Role::Traffic, Role::Render] {
+        for _ in 0..5 {
+            seen.push(judge.tick());
+        }
+        kill(sim.pid(role).unwrap(), Signal::STOP);
+    }
+    for _ in 0..20 {
+        seen.push(judge.tick());
+    }
+    drop(judge);
+    let log = sim.end();
+    assert!(seen == *undisturbed(seen.len()), "the run differs: {log}");
+    for role in [Role::Traffic, Role::Render] {
+        let stalls = log.lines().filter(|line| {
+            line.contains(role.name()) && line.contains("has made no progress for 0.5 s")
+        });
+        assert_eq!(stalls.count(), 1, "{log}");
+    }
+}
+
+#[test]
+fn a_stopped_stage_of_an_asynchronous_world_is_started_again() {
+    let sim = Sim::start(&["--deadline-secs", "0.5"]);
+    let mut client = sim.client("watcher");
+    let place = client.spawn_points().unwrap()[0];
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot()).unwrap();
+    let settings = Settings {
+        synchronous: 0,
+        delta_nanos: 10_000_000,
+        real_time_permille: 1000,
+        ..client.wire_settings()
+    };
+    client.apply_wire_settings(settings).unwrap();
+    for role in [Role::Traffic, Role::Render] {
+        let stopped = sim.pid(role).unwrap();
+        kill(stopped, Signal::STOP);
+        // Only the planner learns this, from the journal after its last plan.
+        let stop = TrafficParam::SpeedMps(0.0);
+        client.request("stop", &[Command::set_traffic_param(car, stop)]).unwrap();
+        eventually("another process in its place", || {
+            sim.pid(role).is_some_and(|pid| pid != stopped)
+        });
+    }
+    eventually("a standing car", || {
+        client.await_frame().unwrap();
+        let velocity = client.world().state(car).unwrap().velocity_mps;
+        Vec3::from(velocity).length() < 0.1
+    });
+    drop(client);
+    let log = sim.end();
+    assert_eq!(log.matches("has made no progress for 0.5 s; it is killed").count(), 2, "{log}");
 }

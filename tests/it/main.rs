@@ -19,6 +19,7 @@ mod episodes;
 mod exact;
 mod examples;
 mod fall;
+mod flood;
 mod fork;
 mod generated;
 mod hide;

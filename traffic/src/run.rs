@@ -3,7 +3,9 @@
 use std::sync::Arc;
 
 use bus::{Event, Instance, Interrupted, Participant, Role, Snapshot, TrafficPorts, clock, fault};
-use protocol::{Command, Episode, Frame, JournalEntry, Name, TrafficHeader, param, status};
+use protocol::{
+    Command, Episode, Frame, JournalEntry, Name, SnapshotHeader, TrafficHeader, param, status,
+};
 
 use crate::{Planner, RestoreError};
 
@@ -32,8 +34,7 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
     fault::joining(Role::Traffic);
     let (number, episode) = instance.numbered_episode()?;
     let mut planner = new_planner(&episode)?;
-    let mut ports = TrafficPorts::open(participant.node()?)?;
-    ports.journal.await_keyframe();
+    let ports = TrafficPorts::open(participant.node()?)?;
     participant.ready()?;
     let done = participant.words().ack();
     let blank = planner.save();
@@ -55,7 +56,10 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
     };
     loop {
         match stage.participant.next_frame(stage.done, None) {
-            Ok(newest) => stage.plan_until(newest)?,
+            Ok(newest) => match stage.plan_until(newest) {
+                Err(TrafficError::Bus(bus::BusError::HostEnds)) => return Ok(()),
+                planned => planned?,
+            },
             Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
         }
     }
@@ -130,7 +134,7 @@ impl TrafficStage {
         self.participant.begin();
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
-        let mut journal = self.journal_of(frame)?;
+        let mut journal = self.journal_of(header)?;
         // A restored planner has applied these already.
         journal.retain(|(at, entry)| *at > self.done || !applies_once(entry));
         if self.begin_episode(frame, &mut journal)? {
@@ -227,17 +231,16 @@ impl TrafficStage {
         Ok(())
     }
 
-    /// Returns the journal up to `frame`. If parts were missed, requests a keyframe.
-    fn journal_of(&mut self, frame: Frame) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
-        if self.ports.journal.poll()? {
-            self.participant.words().request_keyframe();
-            self.participant.control().host.notify();
-            while self.ports.journal.poll()? && !self.participant.is_over() {
-                std::thread::sleep(std::time::Duration::from_micros(200));
-            }
-        }
-        // Traffic parameters are not part of a keyframe, so that a reset changes nothing here.
-        let entries = self.ports.journal.until(frame).into_iter().filter_map(|event| match event {
+    /// Returns the journal up to the frame of a snapshot.
+    fn journal_of(
+        &mut self,
+        snapshot: &SnapshotHeader,
+    ) -> Result<Vec<(Frame, JournalEntry)>, TrafficError> {
+        let TrafficStage { participant, ports, .. } = self;
+        participant.receive_journal(&mut ports.journal, snapshot.journal_serial)?;
+        let events = ports.journal.until(snapshot.stamp.frame).into_iter();
+        // The planner starts from its own saved state, so that a keyframe resets nothing here.
+        let entries = events.filter_map(|event| match event {
             Event::Entry(at, entry) => Some((at, entry)),
             Event::Reset => None,
         });

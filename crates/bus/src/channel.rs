@@ -7,6 +7,9 @@ use crate::{Role, Role::*};
 pub enum Loss {
     /// Never lost: the writer waits, up to a deadline.
     Never,
+    /// Never lost: the writer counts what each reader has received, and keeps what there is no room
+    /// for until there is.
+    Kept,
     /// The oldest unread messages are dropped; frame stamps and serial numbers show how many.
     OldestGoes,
 }
@@ -41,12 +44,13 @@ const MANY: usize = crate::control::SLOTS + 4;
 
 /// All channels, in the order in which a tick uses them.
 #[rustfmt::skip]
-pub const CHANNELS: [Channel; 9] = [
+pub const CHANNELS: [Channel; 10] = [
     Channel { name: "command",  carries: "BatchHeader, [Command]",         writers: &[Client],  readers: &[Host],                    depth: 16, writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::Never },
     Channel { name: "control",  carries: "BatchHeader, [VehicleControl]",  writers: &[Client],  readers: &[Host],                    depth: 8,  writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::OldestGoes },
     Channel { name: "query",    carries: "QueryHeader, [Query]",           writers: &[Client],  readers: &[Host],                    depth: 8,  writers_max: MANY, readers_max: 1, held: 2, history: 0, loss: Loss::Never },
     Channel { name: "response", carries: "QueryHeader, [Response]",        writers: &[Host],    readers: &[Client],                  depth: 8,  writers_max: 1, readers_max: MANY, held: 2, history: 0, loss: Loss::OldestGoes },
-    Channel { name: "journal",  carries: "JournalHeader, [JournalEntry]",  writers: &[Host],    readers: &[Traffic, Render, Client], depth: 64, writers_max: 1, readers_max: MANY, held: 2, history: 0, loss: Loss::OldestGoes },
+    Channel { name: "outcome",  carries: "JournalHeader, [JournalEntry]",  writers: &[Host],    readers: &[Client],                  depth: 64, writers_max: 1, readers_max: MANY, held: 2, history: 0, loss: Loss::OldestGoes },
+    Channel { name: "journal",  carries: "JournalHeader, [JournalEntry]",  writers: &[Host],    readers: &[Traffic, Render],         depth: 64, writers_max: 1, readers_max: 8, held: 2, history: 0, loss: Loss::Kept },
     Channel { name: "snapshot", carries: "SnapshotHeader, [ActorState]",   writers: &[Host],    readers: &[Traffic, Render, Client], depth: 5,  writers_max: 1, readers_max: MANY, held: 3, history: 4, loss: Loss::OldestGoes },
     Channel { name: "resume",   carries: "TrafficHeader, [Block]",         writers: &[Host],    readers: &[Traffic],                 depth: 1,  writers_max: 1, readers_max: 8, held: 1, history: 1, loss: Loss::OldestGoes },
     Channel { name: "traffic",  carries: "TrafficHeader, [Block]",         writers: &[Traffic], readers: &[Host],                    depth: 2,  writers_max: 8, readers_max: 1, held: 3, history: 0, loss: Loss::OldestGoes },
@@ -73,7 +77,7 @@ mod tests {
 
     #[test]
     fn only_the_host_tells_what_is_true() {
-        for name in ["snapshot", "journal", "response"] {
+        for name in ["snapshot", "journal", "outcome", "response"] {
             assert_eq!(channel(name).writers, [Host]);
         }
     }

@@ -23,7 +23,7 @@ use crate::{Notify, SequenceEvent, Strategy, clock, versioned::Versioned};
 use protocol::{Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 8;
+pub const PROTOCOL: u32 = 9;
 
 /// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;
@@ -119,8 +119,8 @@ pub struct Slot {
     /// The frame that a ticking client requests.
     request: AtomicU64,
     name: [AtomicU64; 5],
-    /// Number of requests for a journal keyframe.
-    resync: AtomicU64,
+    /// Number of journal parts that a stage has received, counted from the host's start.
+    journal_read: AtomicU64,
     /// Number of frames that the participant never received.
     missed: AtomicU64,
     /// 1: the holder asks the barrier to wait for it.
@@ -176,9 +176,9 @@ impl Slot {
         Frame(self.request.load(Ordering::Acquire))
     }
 
-    /// Number of requests for a journal keyframe.
-    pub fn resync(&self) -> u64 {
-        self.resync.load(Ordering::Acquire)
+    /// The serial after the last journal part that a stage has received.
+    pub fn journal_read(&self) -> u64 {
+        self.journal_read.load(Ordering::Acquire)
     }
 
     /// Number of frames that the participant never received.
@@ -222,7 +222,7 @@ impl Slot {
         self.start_time.store(start_time, Ordering::Relaxed);
         self.role.store(role as u32, Ordering::Release);
         self.request.store(0, Ordering::Relaxed);
-        self.resync.store(0, Ordering::Relaxed);
+        self.journal_read.store(0, Ordering::Relaxed);
         self.missed.store(0, Ordering::Relaxed);
         self.wants_barrier.store(0, Ordering::Relaxed);
         self.waited_for.store(0, Ordering::Relaxed);
@@ -251,9 +251,9 @@ impl Slot {
         self.begin_nanos.store(clock::now_nanos(), Ordering::Relaxed);
     }
 
-    /// For the holder: requests a journal keyframe after a lost part.
-    pub fn request_keyframe(&self) {
-        self.resync.fetch_add(1, Ordering::Release);
+    /// For a stage: makes room for the journal parts that follow those before `serial`.
+    pub fn set_journal_read(&self, serial: u64) {
+        self.journal_read.store(serial, Ordering::Release);
     }
 
     /// For the holder: counts frames that it never received.

@@ -36,6 +36,16 @@ pub enum BusError {
         "this reader borrows the largest number of messages; drop one before receiving the next"
     )]
     TooManyBorrowed,
+    /// A part of the journal was lost between host and stage.
+    #[error(
+        "journal part {received} arrived where {expected} was expected; the stage starts again"
+    )]
+    JournalGap {
+        /// The serial that was expected.
+        expected: u64,
+        /// The serial that arrived.
+        received: u64,
+    },
     /// The control page is not usable.
     #[error(transparent)]
     Page(#[from] crate::control::PageError),

@@ -1,45 +1,75 @@
-//! Reading the journal without gaps: parts in, complete frames out.
+//! Reading the journal: stages receive every part of it, clients the outcomes that they poll in time.
 
 use std::collections::VecDeque;
 
 use crate::{BusError, Reader};
 use protocol::{Frame, JournalEntry, JournalHeader};
 
-/// The reading end of the journal channel.
+/// A client's reading end of the outcomes.
+pub struct Outcomes {
+    reader: Reader<JournalHeader, JournalEntry>,
+    /// The next expected serial; `None` before the first part.
+    next: Option<u64>,
+}
+
+impl Outcomes {
+    pub(crate) fn new(reader: Reader<JournalHeader, JournalEntry>) -> Outcomes {
+        Outcomes { reader, next: None }
+    }
+
+    /// Hands over the entries that have arrived, each with the first frame that shows its effect.
+    /// Returns true if entries before them were overwritten unread.
+    pub fn receive(
+        &mut self,
+        mut take: impl FnMut(Frame, &JournalEntry),
+    ) -> Result<bool, BusError> {
+        let mut is_lost = false;
+        while let Some(part) = self.reader.receive()? {
+            let header = part.header();
+            is_lost |= self.next.is_some_and(|next| header.serial > next);
+            self.next = Some(header.serial + 1);
+            part.payload().iter().for_each(|entry| take(header.stamp.frame, entry));
+        }
+        Ok(is_lost)
+    }
+
+    /// Discards everything that has arrived, including losses.
+    pub fn begin_here(&mut self) -> Result<(), BusError> {
+        while self.reader.receive()?.is_some() {}
+        self.next = None;
+        Ok(())
+    }
+}
+
+/// A stage's reading end of the journal.
 pub struct Journal {
     reader: Reader<JournalHeader, JournalEntry>,
     inbox: Inbox,
 }
 
 impl Journal {
+    /// What arrives before the first keyframe is ignored.
     pub(crate) fn new(reader: Reader<JournalHeader, JournalEntry>) -> Journal {
         Journal { reader, inbox: Inbox::default() }
     }
 
-    /// Receives the parts that have arrived. Returns true if a part was lost and a keyframe is needed.
-    pub fn poll(&mut self) -> Result<bool, BusError> {
+    /// Receives the parts that have arrived, and returns the serial after the last of them.
+    pub(crate) fn receive(&mut self) -> Result<u64, BusError> {
         while let Some(part) = self.reader.receive()? {
-            self.inbox.take_in(part.header(), part.payload());
+            self.inbox.take_in(part.header(), part.payload())?;
         }
-        Ok(self.inbox.is_lost())
+        Ok(self.inbox.next)
     }
 
-    /// Returns the entries up to and including `frame` that were not returned yet. After a reset the
-    /// standing state comes first.
+    /// Whether the journal is whole up to the part before `serial`.
+    pub(crate) fn is_whole(&self, serial: u64) -> bool {
+        self.inbox.is_whole(serial)
+    }
+
+    /// Returns the entries up to and including `frame` that were not returned yet. The standing state
+    /// of the keyframe comes first.
     pub fn until(&mut self, frame: Frame) -> Vec<Event> {
         self.inbox.until(frame)
-    }
-
-    /// Discards everything received so far, including losses, for a reader of new entries only.
-    pub fn begin_here(&mut self) -> Result<(), BusError> {
-        while self.reader.receive()?.is_some() {}
-        self.inbox = Inbox::default();
-        Ok(())
-    }
-
-    /// Ignores everything before the next keyframe, for a reader that needs the standing state.
-    pub fn await_keyframe(&mut self) {
-        self.inbox.lost = true;
     }
 }
 
@@ -55,10 +85,10 @@ pub enum Event {
 
 #[derive(Default)]
 struct Inbox {
-    /// The next expected serial; `None` before the first part.
-    next: Option<u64>,
-    /// A part was lost; parts are ignored until a keyframe arrives.
-    lost: bool,
+    /// The next expected serial.
+    next: u64,
+    /// The keyframe has begun; parts are ignored before it.
+    has_keyframe: bool,
     /// The serial after the last part that belongs to the keyframe.
     whole_at: u64,
     /// Everything up to here is in `events` or was returned.
@@ -67,34 +97,40 @@ struct Inbox {
 }
 
 impl Inbox {
-    fn is_lost(&self) -> bool {
-        self.lost || self.next.is_some_and(|next| next < self.whole_at)
+    fn is_whole(&self, serial: u64) -> bool {
+        self.has_keyframe && self.next >= self.whole_at.max(serial)
     }
 
-    fn take_in(&mut self, header: &JournalHeader, entries: &[JournalEntry]) {
-        if self.next.is_some_and(|next| header.serial > next) {
-            self.lost = true;
+    fn take_in(
+        &mut self,
+        header: &JournalHeader,
+        entries: &[JournalEntry],
+    ) -> Result<(), BusError> {
+        if self.has_keyframe && header.serial != self.next {
+            return Err(BusError::JournalGap { expected: self.next, received: header.serial });
         }
-        self.next = Some(header.serial + 1);
+        self.next = header.serial + 1;
         let frame = header.stamp.frame;
         if header.keyframe != 0 {
-            if self.lost {
-                self.lost = false;
+            if !self.has_keyframe && header.first == 0 {
+                self.has_keyframe = true;
                 self.whole_at = header.serial + u64::from(header.keyframe);
-                self.events.clear();
                 self.events.push_back((frame, Event::Reset));
                 self.known = (frame, u32::MAX);
+            }
+            // A later keyframe is for another reader.
+            if header.serial < self.whole_at {
                 self.push(frame, entries);
             }
-            return;
+            return Ok(());
         }
         // Parts that are repeated for a new reader are known to the others.
         let last = header.first + entries.len() as u32;
-        if self.lost || (frame, last) <= self.known {
-            return;
+        if self.has_keyframe && (frame, last) > self.known {
+            self.known = (frame, last);
+            self.push(frame, entries);
         }
-        self.known = (frame, last);
-        self.push(frame, entries);
+        Ok(())
     }
 
     fn push(&mut self, frame: Frame, entries: &[JournalEntry]) {
@@ -112,8 +148,9 @@ mod tests {
     use super::*;
     use protocol::{ActorId, Command, Name, Outcome, Stamp};
 
-    /// Feeds `serial:frame.first+count` and `serial:Kframe+count&follow` parts and compares what is
-    /// returned up to frame 9, written as `reset`, a frame number, or `lost`.
+    /// Feeds parts, `serial:frame.first+count`, and compares what is returned up to frame 9, written
+    /// as `reset`, a frame number for each entry, `incomplete`, or `gap`. `K` before the frame marks
+    /// a part of a keyframe, and `&n` says that n more parts belong to it.
     fn check(script: &str, outcome: &str) {
         let entry = JournalEntry {
             client: Name::new("tester"),
@@ -122,56 +159,65 @@ mod tests {
             outcome: Outcome::done(1),
         };
         let mut inbox = Inbox::default();
+        let mut said = Vec::new();
         for word in script.split_whitespace() {
             let (serial, rest) = word.split_once(':').unwrap();
             let (at, count) = rest.split_once('+').unwrap();
-            let keyframe = at.starts_with('K');
-            // `+2&1`: two entries, and one more part belongs to the keyframe.
             let (count, follow) = count.split_once('&').unwrap_or((count, "0"));
             let follow: u32 = follow.parse().unwrap();
-            let (frame, first) = at
-                .trim_start_matches('K')
-                .split_once('.')
-                .unwrap_or((at.trim_start_matches('K'), "0"));
+            let (frame, first) = at.split_once('.').unwrap_or((at, "0"));
+            let keyframe = frame.strip_prefix('K');
+            let frame = keyframe.unwrap_or(frame);
             let header = JournalHeader {
                 stamp: Stamp { frame: Frame(frame.parse().unwrap()), ..Stamp::default() },
                 serial: serial.parse().unwrap(),
                 first: first.parse().unwrap(),
-                keyframe: if keyframe { follow + 1 } else { 0 },
+                keyframe: if keyframe.is_some() { follow + 1 } else { 0 },
             };
-            inbox.take_in(&header, &vec![entry; count.parse().unwrap()]);
+            if inbox.take_in(&header, &vec![entry; count.parse().unwrap()]).is_err() {
+                said.push("gap".to_owned());
+                break;
+            }
         }
-        let mut said: Vec<String> = inbox
-            .until(Frame(9))
-            .into_iter()
-            .map(|e| match e {
-                Event::Reset => "reset".to_owned(),
-                Event::Entry(frame, _) => frame.0.to_string(),
-            })
-            .collect();
-        if inbox.is_lost() {
-            said.push("lost".to_owned());
+        said.extend(inbox.until(Frame(9)).into_iter().map(|e| match e {
+            Event::Reset => "reset".to_owned(),
+            Event::Entry(frame, _) => frame.0.to_string(),
+        }));
+        if !inbox.is_whole(0) {
+            said.push("incomplete".to_owned());
         }
         assert_eq!(said.join(" "), outcome, "{script}");
     }
 
     #[test]
+    fn everything_before_the_keyframe_is_ignored() {
+        check("0:1+2 1:2+1", "incomplete");
+        check("3:1+2 9:K2+1 10:3+2", "reset 2 3 3");
+    }
+
+    #[test]
     fn parts_come_out_in_order_and_once() {
-        check("0:1+2 1:2+1", "1 1 2");
-        check("0:1.0+1 1:1.1+1", "1 1");
-        check("5:3+1 6:3+1", "3");
+        check("0:K0+0 1:1+2 2:2+1", "reset 1 1 2");
+        check("0:K0+0 1:1.0+1 2:1.1+1", "reset 1 1");
+        check("5:K0+0 6:3+1 7:3+1", "reset 3");
     }
 
     #[test]
-    fn after_a_gap_parts_are_ignored_until_a_keyframe() {
-        check("0:1+1 2:3+1", "1 lost");
-        check("0:1+1 2:3+1 3:K3+2 4:4+1", "reset 3 3 4");
-        check("0:1+1 2:3+1 3:K2+1&1", "reset 2 lost");
-        check("0:1+1 2:3+1 3:K2+1&1 4:3+1", "reset 2 3");
+    fn a_keyframe_of_several_parts_is_whole_with_its_last() {
+        check("0:K2+1&1", "reset 2 incomplete");
+        check("0:K2+1&1 1:3+1", "reset 2 3");
+        check("0:K2.0+2&2 1:K2.2+1&1", "reset 2 2 2 incomplete");
+        check("0:K2.0+2&2 1:K2.2+1&1 2:3+1 3:4+1", "reset 2 2 2 3 4");
     }
 
     #[test]
-    fn a_reader_without_a_gap_ignores_keyframes_and_repeated_parts() {
-        check("0:1+1 1:2+1 2:K1+1 3:2+1 4:3+1", "1 2 3");
+    fn the_keyframe_of_another_reader_and_its_parts_are_ignored() {
+        check("0:K0+0 1:1+1 2:2+1 3:K1+1&1 4:2+1 5:3+1", "reset 1 2 3");
+        check("0:K0+0 1:2+1 2:K2.0+2&1 3:K2.2+2 4:3+1", "reset 2 3");
+    }
+
+    #[test]
+    fn a_lost_part_is_an_error() {
+        check("0:K0+0 1:1+1 3:3+1", "gap reset 1");
     }
 }

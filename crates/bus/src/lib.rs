@@ -27,7 +27,7 @@ pub use channel::{CHANNELS, Channel, Loss, channel};
 pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
 pub use error::BusError;
 pub use instance::{Instance, OwnedInstance, free_bytes};
-pub use journal::{Event, Journal};
+pub use journal::{Event, Journal, Outcomes};
 pub use map::{CONTROL_LEN, ControlPageMapping};
 pub use participant::{ADMISSION_SECS, Interrupted, Participant, Watch};
 pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};

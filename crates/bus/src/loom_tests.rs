@@ -1,4 +1,5 @@
-//! Checks `wait.rs` and `versioned.rs` in every interleaving, compiled against loom's atomics.
+//! Checks `wait.rs` and `versioned.rs`, and the protocol that keeps the journal complete, in every
+//! interleaving, compiled against loom's atomics.
 
 use loom::thread;
 use std::sync::Arc;
@@ -164,5 +165,77 @@ fn settings_are_read_whole_while_they_are_written() {
         assert_eq!(first, second);
         writer.join().unwrap();
         assert_eq!(settings.load(), [2, 2]);
+    });
+}
+
+/// `Shell::send_journal` and `Participant::receive_journal` with a channel of one part: the host keeps
+/// back what the stage has no room for, and the stage waits until it has everything.
+#[test]
+fn a_stage_receives_every_part_of_a_journal_that_is_longer_than_its_channel() {
+    use loom::sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+    };
+    use std::collections::VecDeque;
+
+    const DEPTH: u64 = 1;
+    const PARTS: u64 = 2;
+
+    #[derive(Default)]
+    struct Bus {
+        channel: Mutex<VecDeque<u64>>,
+        journal_read: AtomicU64,
+        host: Notify,
+        complete: SequenceEvent,
+    }
+
+    /// Receives what is there, and returns the serial after it.
+    fn receive(bus: &Bus, mut next: u64) -> u64 {
+        while let Some(part) = bus.channel.lock().unwrap().pop_front() {
+            assert_eq!(part, next, "a part was lost");
+            next = part + 1;
+        }
+        next
+    }
+
+    check(|| {
+        let kernel = atoms::Kernel::new();
+        let bus = Arc::new(Bus::default());
+        let stage = {
+            let (kernel, bus) = (kernel.clone(), bus.clone());
+            thread::spawn(move || {
+                atoms::enter(kernel);
+                let mut next = 0;
+                loop {
+                    next = receive(&bus, next);
+                    bus.journal_read.store(next, Ordering::Release);
+                    if next == PARTS {
+                        return;
+                    }
+                    bus.host.notify();
+                    let seen = next;
+                    bus.complete.listen(Strategy::BATCH, None, || {
+                        next = receive(&bus, seen);
+                        (next != seen).then_some(())
+                    });
+                }
+            })
+        };
+        atoms::enter(kernel);
+        let mut sent = 0;
+        while sent < PARTS {
+            let has_room = || sent - bus.journal_read.load(Ordering::Acquire) < DEPTH;
+            bus.host.listen(Strategy::BATCH, None, || has_room().then_some(()));
+            // An overflow would drop the oldest part.
+            let mut channel = bus.channel.lock().unwrap();
+            if channel.len() as u64 == DEPTH {
+                channel.pop_front();
+            }
+            channel.push_back(sent);
+            drop(channel);
+            sent += 1;
+            bus.complete.notify_all();
+        }
+        stage.join().unwrap();
     });
 }

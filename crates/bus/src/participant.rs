@@ -6,13 +6,16 @@ use std::sync::{
 };
 
 use crate::{
-    BusError, BusNode, ControlPageMapping, Ending, Instance, Role, SLOTS, Slot, SlotState,
+    BusError, BusNode, ControlPageMapping, Ending, Instance, Journal, Role, SLOTS, Slot, SlotState,
     Strategy, clock, process,
 };
 use protocol::{Frame, Name};
 
 /// How long a process that joins waits for the host to admit it.
 pub const ADMISSION_SECS: u64 = 60;
+
+/// How long a stage waits for the journal before it wakes the host again. Nanoseconds.
+const JOURNAL_NANOS: u64 = 100_000_000;
 
 /// The participation of a process or thread in an instance. Dropping it leaves the instance.
 pub struct Participant {
@@ -149,6 +152,37 @@ impl Participant {
             look().map(Ok).or_else(|| self.is_over().then_some(Err(Interrupted::HostEnds)))
         });
         found.unwrap_or(Err(Interrupted::Deadline))
+    }
+
+    /// For a stage: receives the journal up to the part before `serial`, and waits for what the host
+    /// has kept back because this stage had no room for it.
+    ///
+    /// # Errors
+    ///
+    /// [`BusError::JournalGap`] after the loss of a part, [`BusError::HostEnds`].
+    pub fn receive_journal(&self, journal: &mut Journal, serial: u64) -> Result<(), BusError> {
+        let mut read = self.words().journal_read();
+        loop {
+            let received = journal.receive()?;
+            if received != read {
+                read = received;
+                self.words().set_journal_read(received);
+            }
+            if journal.is_whole(serial) {
+                return Ok(());
+            }
+            self.control.host.notify();
+            let deadline = clock::now_nanos() + JOURNAL_NANOS;
+            let arrived = self.await_answer(deadline, || match journal.receive() {
+                Ok(now) => (now != received).then_some(Ok(())),
+                Err(error) => Some(Err(error)),
+            });
+            match arrived {
+                Ok(result) => result?,
+                Err(Interrupted::Deadline) => {}
+                Err(Interrupted::HostEnds) => return Err(BusError::HostEnds),
+            }
+        }
     }
 
     /// Reports that the work of a frame begins.

@@ -166,7 +166,7 @@ fn service<S: Service, H: Header, T: Element>(
         .subscriber_max_buffer_size(channel.depth)
         .subscriber_max_borrowed_samples(borrowed_max)
         .history_size(channel.history)
-        .enable_safe_overflow(channel.loss == Loss::OldestGoes);
+        .enable_safe_overflow(channel.loss != Loss::Never);
     if create.is_some() {
         builder.create().map_err(|e| refuse(&e))
     } else {

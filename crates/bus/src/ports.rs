@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use crate::{
     BusError, BusNode, Reader, Sample, Writer, channel,
-    journal::Journal,
+    journal::{Journal, Outcomes},
     port::OwnedService,
     snapshot::{SnapshotReader, SnapshotWriter},
 };
@@ -29,7 +29,9 @@ fn bundle_name(bundle: BundleId) -> String {
 pub struct HostPorts {
     /// Snapshots of the world.
     pub snapshot: SnapshotWriter,
-    /// Commands and their outcomes.
+    /// Outcomes of commands, for clients.
+    pub outcome: Writer<JournalHeader, JournalEntry>,
+    /// Commands and their outcomes by frame, for stages.
     pub journal: Writer<JournalHeader, JournalEntry>,
     /// The planner state for a restarted traffic process.
     pub resume: Writer<TrafficHeader, Block>,
@@ -66,6 +68,11 @@ impl HostPorts {
                 row("response").held,
             )?,
             node.create::<JournalHeader, JournalEntry>(
+                row("outcome"),
+                "outcome",
+                row("outcome").held,
+            )?,
+            node.create::<JournalHeader, JournalEntry>(
                 row("journal"),
                 "journal",
                 row("journal").held,
@@ -86,6 +93,7 @@ impl HostPorts {
                 true,
                 2,
             )?),
+            outcome: node.writer(row("outcome"), "outcome", 4, true, 2)?,
             journal: node.writer(row("journal"), "journal", 4, true, 2)?,
             resume: node.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
             command: node.reader(row("command"), "command")?,
@@ -207,7 +215,7 @@ pub struct ClientPorts {
     /// Snapshots of the world.
     pub snapshot: SnapshotReader,
     /// Commands that were carried out, and their outcomes.
-    pub journal: Journal,
+    pub outcomes: Outcomes,
     /// Commands.
     pub command: Writer<BatchHeader, RawCommand>,
     /// Pedals and wheels.
@@ -225,7 +233,7 @@ impl ClientPorts {
     pub fn open(node: BusNode) -> Result<ClientPorts, BusError> {
         Ok(ClientPorts {
             snapshot: SnapshotReader(node.reader(channel("snapshot"), "snapshot")?),
-            journal: Journal::new(node.reader(channel("journal"), "journal")?),
+            outcomes: Outcomes::new(node.reader(channel("outcome"), "outcome")?),
             command: node.writer(channel("command"), "command", 4, true, 2)?,
             control: node.writer(channel("control"), "control", 4, true, 2)?,
             query: node.writer(channel("query"), "query", 16, true, 1)?,

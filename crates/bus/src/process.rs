@@ -14,10 +14,20 @@ pub fn own_pid() -> u32 {
 
 /// Start time of process `pid` in clock ticks since boot; `None` if there is no such process.
 pub fn start_time(pid: u32) -> Option<u64> {
+    stat_field(pid, 22)
+}
+
+/// Processor time that process `pid` has used, in clock ticks of 10 ms.
+pub fn processor_ticks(pid: u32) -> Option<u64> {
+    Some(stat_field(pid, 14)? + stat_field(pid, 15)?)
+}
+
+/// A field of `/proc/<pid>/stat`, counted from 1 as in its manual page.
+fn stat_field(pid: u32, number: usize) -> Option<u64> {
     let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).ok()?;
-    // The second field is the command in brackets and may hold any byte; field 22 is the start time.
+    // The second field is the command in brackets and may hold any byte.
     let (_, after) = stat.rsplit_once(')')?;
-    after.split_whitespace().nth(19)?.parse().ok()
+    after.split_whitespace().nth(number - 3)?.parse().ok()
 }
 
 /// A descriptor that becomes readable when process `pid`, started at `start_time`, ends; `None` if it has

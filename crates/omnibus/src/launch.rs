@@ -16,7 +16,7 @@ use anyhow::{Context, anyhow};
 use bus::{Instance, Role, Strategy};
 use protocol::{Episode, Settings};
 use sensor_render::{MeshList, RenderConfig};
-use sim_host::{Host, HostConfig, Launcher, Stage};
+use sim_host::{Host, HostConfig, Launcher, OnStall, Stage};
 
 use crate::{
     gateway::{self, CarlaServerArgs},
@@ -53,6 +53,9 @@ pub struct WorldArgs {
     /// Seconds that a tick waits for a participant; 0: no limit
     #[arg(long, default_value_t = 10.0)]
     pub deadline_secs: f64,
+    /// What a synchronous tick does when a stage has not arrived within --deadline-secs
+    #[arg(long, value_enum, default_value_t = StallArg::Late)]
+    pub on_stall: StallArg,
     /// End the run when a stage dies instead of restarting the stage
     #[arg(long)]
     pub no_restart: bool,
@@ -66,8 +69,26 @@ pub struct WorldArgs {
 }
 
 /// Options of [`WorldArgs`] that matter only to a running simulator.
-pub(crate) const SIMULATOR_OPTIONS: [&str; 7] =
-    ["name", "meshes", "wait", "deadline-secs", "no-restart", "hide", "single-process"];
+pub(crate) const SIMULATOR_OPTIONS: [&str; 8] =
+    ["name", "meshes", "wait", "deadline-secs", "on-stall", "no-restart", "hide", "single-process"];
+
+/// The values of `--on-stall`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum StallArg {
+    /// The frame ends late and names the stage; a collection ends, to be resumed
+    Late,
+    /// The stage is killed and started again, and completes the frame
+    Restart,
+}
+
+impl From<StallArg> for OnStall {
+    fn from(value: StallArg) -> OnStall {
+        match value {
+            StallArg::Late => OnStall::Late,
+            StallArg::Restart => OnStall::Restart,
+        }
+    }
+}
 
 impl WorldArgs {
     /// Returns the arguments of this map with defaults for everything else.
@@ -82,6 +103,7 @@ impl WorldArgs {
             meshes: None,
             wait: "balanced".to_owned(),
             deadline_secs: 10.0,
+            on_stall: StallArg::Late,
             no_restart: false,
             single_process: false,
             hide: Vec::new(),
@@ -97,6 +119,7 @@ impl WorldArgs {
             self.meshes != usual.meshes,
             self.wait != usual.wait,
             self.deadline_secs != usual.deadline_secs,
+            self.on_stall != usual.on_stall,
             self.no_restart != usual.no_restart,
             !self.hide.is_empty(),
             self.single_process != usual.single_process,
@@ -163,6 +186,7 @@ impl WorldArgs {
             strategy,
             deadline_nanos: (deadline > 0).then_some(deadline),
             restart: !self.no_restart,
+            on_stall: self.on_stall.into(),
             stages: vec![Role::Traffic, Role::Render],
             stop,
         };

@@ -11,6 +11,9 @@ use crate::{
     VehicleControl, VehicleEngine, VehicleGearbox, VehicleSteering, VehicleWheel, Weather,
 };
 
+/// The most commands in one batch: longer lists travel as several batches.
+pub const BATCH_MAX: usize = 1024;
+
 /// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]

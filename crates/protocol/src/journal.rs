@@ -20,19 +20,24 @@ pub struct JournalEntry {
 
 const _: () = assert!(size_of::<JournalEntry>() == 448);
 
-/// Header of one part of a frame's journal.
+/// The most entries in one part of a journal: a longer journal has several parts.
+pub const JOURNAL_PART_MAX: usize = 1024;
+
+/// Header of one part of a frame's journal, on the channel of the stages, or of the outcomes that
+/// clients wait for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct JournalHeader {
     /// The first frame whose snapshot shows the effect of these commands.
     pub stamp: Stamp,
-    /// Counts the parts without gaps since the host started, so that a reader detects a lost part.
+    /// Counts the parts of its channel without gaps since the host started, so that a reader detects a
+    /// lost part.
     pub serial: u64,
     /// Index of this part's first entry in the frame's journal.
     pub first: u32,
-    /// 0: the commands of one frame. Otherwise a keyframe: the standing state from which a reader that
-    /// joined late starts, and the number of parts that belong to it, this one and the past journals
-    /// that follow it.
+    /// 0: the commands of one frame. Otherwise the first part of a keyframe, the standing state from
+    /// which a reader that joined late starts, and the number of parts that belong to it: this one,
+    /// those with the rest of the standing state, and the past journals that follow it.
     pub keyframe: u32,
 }
 

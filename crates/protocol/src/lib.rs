@@ -53,15 +53,15 @@ pub use actor_command::{
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
 pub use bundle_receipt::BundleReceipt;
 pub use command::{
-    BatchHeader, Command, CommandGroup, Nothing, RawCommand, SensorCommand, ServiceCommand,
-    StandingCommand, WorldCommand,
+    BATCH_MAX, BatchHeader, Command, CommandGroup, Nothing, RawCommand, SensorCommand,
+    ServiceCommand, StandingCommand, WorldCommand,
 };
 pub use debug_shapes::DebugShapes;
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
 pub use given_poses::{GivenPose, GivenPoses};
 pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};
-pub use journal::{JournalEntry, JournalHeader};
+pub use journal::{JOURNAL_PART_MAX, JournalEntry, JournalHeader};
 pub use limbs::{LIMBS, WalkerLimbs};
 pub use map_layer::{HideLayers, HideObjects, layer};
 pub use motion::{

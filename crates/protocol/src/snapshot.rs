@@ -32,9 +32,12 @@ pub struct SnapshotHeader {
     pub stepped_nanos: u64,
     /// Monotonic clock when the snapshot was sent.
     pub published_nanos: u64,
+    /// Serial after the last part of this frame's journal: a stage that has received so many parts has
+    /// everything that decided this frame.
+    pub journal_serial: u64,
 }
 
-const _: () = assert!(size_of::<SnapshotHeader>() == 88);
+const _: () = assert!(size_of::<SnapshotHeader>() == 96);
 
 impl SnapshotHeader {
     /// Bytes of the actors, from the start of the payload.

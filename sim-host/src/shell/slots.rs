@@ -1,4 +1,4 @@
-//! The slots of participants: join, barrier, keyframe requests, leave and death.
+//! The slots of participants: join, barrier, leave and death.
 
 use bus::{Role, SLOTS, SlotState, process};
 use protocol::Frame;
@@ -25,19 +25,12 @@ impl Shell {
                 SlotState::Claimed => self.free_if_gone(slot),
                 SlotState::Waiting => self.admit(slot),
                 SlotState::Ready => self.start_participating(slot)?,
-                SlotState::Live => {
-                    let requested = words.resync();
-                    let done = words.ack();
-                    self.update_barrier(slot);
-                    if requested > *self.resyncs.get(&slot).unwrap_or(&0) {
-                        self.resyncs.insert(slot, requested);
-                        self.serve_state(done)?;
-                    }
-                }
+                SlotState::Live => self.update_barrier(slot),
                 SlotState::Leaving => self.leave(slot)?,
             }
         }
-        Ok(())
+        self.restart_without_progress();
+        self.send_journal()
     }
 
     fn free_if_gone(&self, slot: usize) {
@@ -66,8 +59,10 @@ impl Shell {
             let frame = self.barrier.frame();
             let lag = self.lag(role);
             let done = match self.barrier.done(slot) {
-                // A restarted stage continues where its predecessor was, or from the oldest
-                // snapshot that a new reader receives.
+                // A restarted planner continues from the frame of its saved state.
+                Some(done) if role == Role::Traffic => done,
+                // A renderer continues where its predecessor was, or from the oldest snapshot that
+                // a new reader receives.
                 Some(done) => {
                     let history = bus::channel("snapshot").history as u64;
                     done.max(Frame(frame.0.saturating_sub(history)))
@@ -78,7 +73,10 @@ impl Shell {
                 }
             };
             self.control.slot(slot).admit(true, lag, done);
-            self.serve_state(done)?;
+            self.journal_from.insert(slot, self.journal.sent());
+            let (keyframe, after) = self.keyframes.since(done);
+            self.journal.push_keyframe(&keyframe, &after);
+            self.send_journal()?;
             if role == Role::Traffic
                 && let Some(decided) = &self.decided
             {
@@ -89,7 +87,6 @@ impl Shell {
             self.control.slot(slot).admit(false, 0, self.barrier.frame());
         }
         self.ports.snapshot.connect_readers()?;
-        self.resyncs.remove(&slot);
         self.control.slot(slot).set_state(SlotState::Live);
         self.control.complete.notify_all();
         Ok(())
@@ -126,22 +123,6 @@ impl Shell {
         self.control.mark_dead(slot);
     }
 
-    /// Sends a keyframe at `done` and the journals since to a participant.
-    fn serve_state(&mut self, done: Frame) -> Result<(), HostError> {
-        let ((frame, entries), mut after) = self.keyframes.since(done);
-        // Commands that were applied between two frames belong to the next one.
-        let coming = self.journal.published();
-        if !coming.is_empty() {
-            after.push((self.barrier.frame().next(), coming.to_vec()));
-        }
-        self.journal.publish_keyframe(&self.ports, frame, &entries, after.len())?;
-        for (frame, entries) in after {
-            self.journal.publish_again(&self.ports, frame, &entries)?;
-        }
-        self.control.complete.notify_all();
-        Ok(())
-    }
-
     /// Removes a participant that leaves.
     fn leave(&mut self, slot: usize) -> Result<(), HostError> {
         if self.roles.contains_key(&slot) {
@@ -171,6 +152,8 @@ impl Shell {
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
         words.set_state(SlotState::Dead);
+        self.journal_from.remove(&slot);
+        self.progress.forget(slot);
         let frame = self.barrier.frame();
         // Data of the dead process is received before it is removed.
         self.receive_decided()?;
