@@ -1,69 +1,15 @@
 //! Connections of CARLA's protocol beside each other and beside native clients.
 
-use std::{
-    io::Write,
-    net::TcpStream,
-    sync::{Arc, Mutex},
-    time::Duration,
-};
+use std::sync::{Arc, Mutex};
 
-use carla_gateway::msgpack::{Budget, Pack, Value, read};
+use carla_gateway::msgpack::{Pack, Value};
 use client_lib::{Client, Spawn, Weather};
 
 use crate::{
     carla::with_carla_server,
+    carla_wire::{Connection, Listener, value},
     kit::{Sim, eventually, thread},
 };
-
-/// A connection of CARLA's protocol.
-struct Connection(TcpStream);
-
-impl Connection {
-    fn open(port: u16) -> Connection {
-        let stream = TcpStream::connect(("127.0.0.1", port)).unwrap();
-        // A call that is never answered fails the test instead of blocking it.
-        stream.set_read_timeout(Some(Duration::from_secs(60))).unwrap();
-        Connection(stream)
-    }
-
-    /// Sends a call and returns its result. `write` writes the arguments.
-    fn call(&mut self, method: &str, args: usize, write: impl FnOnce(&mut Pack)) -> Value {
-        let mut request = Pack::new();
-        request.list(4).uint(0).uint(1).text(method).list(1 + args).list(1).bool(false);
-        write(&mut request);
-        self.0.write_all(request.bytes()).unwrap();
-        let answer = read(&mut self.0, &mut Budget::new(1 << 20, 1 << 20));
-        let Value::List(parts) = answer.unwrap_or_else(|e| panic!("{method}: {e}")) else {
-            panic!("{method}: the answer is not a list")
-        };
-        let [_, _, error, result] = &parts[..] else { panic!("{method}: {parts:?}") };
-        assert_eq!(*error, Value::Nil, "{method}");
-        result.clone()
-    }
-
-    fn set_synchronous(&mut self) {
-        self.call("set_episode_settings", 1, |settings| {
-            settings.list(11).bool(true).bool(false).list(2).bool(true).f64(0.05);
-            settings.bool(true).f64(0.01).int(10).f32(0.0).bool(true);
-            settings.f32(3000.0).f32(2000.0).bool(true);
-        });
-    }
-
-    /// Calls that lock the bridge: they read the world, or queue a command.
-    fn call_each_kind(&mut self) {
-        self.call("get_episode_info", 0, |_| {});
-        self.call("get_episode_settings", 0, |_| {});
-        self.call("get_weather_parameters", 0, |_| {});
-        self.call("get_vehicle_light_states", 0, |_| {});
-        self.call("get_actors_by_id", 1, |args| {
-            args.list(1).uint(1);
-        });
-        self.call("freeze_all_traffic_lights", 1, |args| {
-            args.bool(false);
-        });
-        self.call("version", 0, |_| {});
-    }
-}
 
 /// A simulator whose synchronous world waits for `agent` at each frame, without a time limit: a
 /// tick, or the load of a world, cannot end before this client arrives.
@@ -91,7 +37,9 @@ fn check_order(method: &'static str, args: usize, write: fn(&mut Pack)) {
         agent.await_frame().unwrap();
     }
     // The frame is published, and complete only after the agent has arrived.
-    Connection::open(port).call_each_kind();
+    let mut other = Connection::open(port);
+    other.call_each_kind();
+    other.call_traffic_manager();
     events.lock().unwrap().push("calls of another connection");
     agent.arrive();
     let waiting = waiting.join().unwrap();
@@ -113,6 +61,39 @@ fn calls_are_answered_while_another_carla_client_loads_a_world() {
     check_order("load_new_episode", 3, |args| {
         args.text("Millbrook").bool(false).uint(0xffff);
     });
+}
+
+/// A tick ends when all images of its frame are measured: whatever waits for a tick waits for the
+/// images of another client.
+#[test]
+fn actors_and_sensors_are_spawned_while_another_carla_client_waits_for_its_tick() {
+    let (sim, port, mut waiting, mut agent) = held_by_an_agent();
+    let begun = agent.frame();
+    let waiting = thread(move || {
+        waiting.call("tick_cue", 0, |_| {});
+        waiting
+    });
+    while agent.frame() == begun {
+        agent.await_frame().unwrap();
+    }
+    let mut other = Connection::open(port);
+    let car = other.spawn("vehicle.audi.tt", &[], [0.0, 0.0, 50.0]);
+    let (camera, stream) = other.spawn_camera([32, 16]);
+    let mut images = Listener::open(&mut other, stream);
+    // The frame is open until the agent arrives.
+    agent.arrive();
+    let mut waiting = waiting.join().unwrap();
+    agent.leave_barrier().unwrap();
+    let frame = waiting.tick();
+    assert_eq!(images.next().frame, frame);
+    for actor in [car, camera] {
+        other.call("destroy_actor", 1, |args| {
+            args.uint(actor);
+        });
+    }
+    drop((waiting, other, agent));
+    let log = sim.end();
+    assert!(!log.contains("panicked"), "{log}");
 }
 
 #[test]
@@ -146,14 +127,11 @@ fn carla_s_clients_read_the_weather_that_a_native_client_has_set() {
     let (sim, port) = with_carla_server(&[]);
     let mut native = sim.ticker();
     let mut carla = Connection::open(port);
-    let cloudiness = |carla: &mut Connection| {
-        // `[[1, weather]]`: the value of a successful call.
-        let answer = carla.call("get_weather_parameters", 0, |_| {});
-        let Value::List(wrapped) = &answer else { panic!("{answer:?}") };
-        let [Value::List(value)] = &wrapped[..] else { panic!("{answer:?}") };
-        let [_, Value::List(weather)] = &value[..] else { panic!("{answer:?}") };
-        weather[0].clone()
-    };
+    let cloudiness =
+        |carla: &mut Connection| match value(carla.call("get_weather_parameters", 0, |_| {})) {
+            Value::List(weather) => weather[0].clone(),
+            other => panic!("{other:?}"),
+        };
     let before = cloudiness(&mut carla);
     native.set_weather(Weather { cloudiness: 77.0, ..Weather::default() }).unwrap();
     native.tick().unwrap();

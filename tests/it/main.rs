@@ -11,6 +11,8 @@ mod bones;
 mod carla;
 mod carla_clients;
 mod carla_maps;
+mod carla_stopped;
+mod carla_wire;
 mod client;
 mod crash;
 mod demo;

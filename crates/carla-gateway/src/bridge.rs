@@ -27,7 +27,10 @@ use client_lib::{
 };
 
 use self::{
-    bundles::Bundles, episode_state::EpisodeState, outbox::Outbox, publish::Publisher,
+    bundles::Bundles,
+    episode_state::EpisodeState,
+    outbox::Outbox,
+    publish::{Measured, Publisher},
     tickers::Tickers,
 };
 use crate::{
@@ -53,6 +56,8 @@ pub(crate) struct Bridge {
     pub(crate) outbox: Outbox,
     pub(crate) publisher: Publisher,
     pub(crate) tickers: Tickers,
+    /// The map of an episode that has begun and of which no snapshot was taken in yet.
+    pub(crate) next_statics: Option<(u32, Arc<Statics>)>,
 }
 
 impl Bridge {
@@ -83,6 +88,7 @@ impl Bridge {
             outbox: Outbox::default(),
             publisher: Publisher::new(),
             tickers: Tickers::default(),
+            next_statics: None,
         };
         bridge.publish_state();
         Ok(bridge)
@@ -156,8 +162,8 @@ impl Bridge {
         self.episode.spawned.contains(id) || self.client.world().state(ActorId(id)).is_some()
     }
 
-    /// Publishes the newest snapshot and the measurements.
-    pub(crate) fn publish(&mut self) {
+    /// Publishes the newest snapshot.
+    pub(crate) fn publish_frame(&mut self) {
         self.follow_commands();
         self.follow_episode();
         self.episode.standing.end_frame(self.client.world().header().stamp);
@@ -169,7 +175,6 @@ impl Bridge {
         });
         self.episode.vehicles.age_lights(keep);
         self.publish_state();
-        self.publish_measurements();
     }
 
     /// Returns the last frame that clients were sent.
@@ -181,8 +186,9 @@ impl Bridge {
         self.publisher.state(&self.client, &mut self.episode, &self.streams);
     }
 
-    pub(crate) fn publish_measurements(&mut self) {
-        self.publisher.measurements(&self.client, &mut self.episode, &self.streams);
+    /// Takes one measurement from each sensor bundle and sends those of the host.
+    pub(crate) fn publish_measured(&mut self) -> Measured {
+        self.publisher.measurements(&self.client, &mut self.episode, &self.streams)
     }
 
     /// Returns whether there are sensor bundles to be received from.
@@ -233,16 +239,19 @@ impl Bridge {
     fn begin_episode(&mut self) -> Result<(), ClientError> {
         // Set first: an episode whose map cannot be loaded is not tried again at each frame.
         self.episode.number = snapshot_episode(&self.client);
-        let episode = self.client.instance().episode()?;
-        if episode != self.statics.episode {
-            self.statics = Arc::new(Statics::new(episode, self.client.map()?));
-            self.statics.prepare();
-            self.shared_statics.set(Arc::clone(&self.statics));
+        let statics = match self.next_statics.take() {
+            Some((number, statics)) if u64::from(number) == self.episode.number => statics,
+            _ => Statics::load(self.client.instance(), &self.statics)?.1,
+        };
+        if !Arc::ptr_eq(&statics, &self.statics) {
+            statics.prepare();
+            self.shared_statics.set(Arc::clone(&statics));
+            self.statics = statics;
         }
-        let network = self.client.map()?;
-        let actors = self.episode.actors.for_map(&network);
+        let network = self.statics.network();
+        let actors = self.episode.actors.for_map(network);
         let standing = std::mem::take(&mut self.episode.standing);
-        self.episode = EpisodeState::new(self.episode.number, &network, actors);
+        self.episode = EpisodeState::new(self.episode.number, network, actors);
         self.episode.standing = standing;
         self.episode.is_new_map = true;
         self.settings.follow(&self.client.wire_settings());

@@ -1,97 +1,178 @@
 //! Measurements of cameras, lidars and radars as CARLA's messages: BGRA images, and points with y
 //! to the right.
 
-use std::f32::consts::TAU;
+use std::{
+    collections::BTreeMap,
+    f32::consts::TAU,
+    sync::{Arc, Mutex, PoisonError},
+};
 
-use client_lib::{ActorId, Measurement, World};
+use client_lib::{ActorId, EventCamera, Measurement, World};
 use glam::Vec3;
 use mesh::RandomStream;
 
 use crate::{
+    args::RpcError,
     pixels::{OPAQUE, bgra, pixels},
     sensor::Sensor,
     sensor_kind::Kind,
-    stream::Message,
-    wire::{Bytes, message},
+    stream::{Message, Streams},
+    textures,
+    wire::{Bytes, Description, message},
 };
 
 /// The depth that the value 1.0 of a depth image stands for. Metres.
 const DEPTH_FULL_M: f32 = 1000.0;
 
-/// Returns the message of one measurement, or `None` if the bundle lacks what the sensor outputs.
-pub(crate) fn message_of(
-    sensor: &mut Sensor,
-    measured: &Measurement,
-    world: &World,
-) -> Option<Message> {
-    let plane = measured.planes().first()?;
-    let (width, height) = (plane.width as usize, plane.height as usize);
-    let begin = |body: usize| {
-        let stamp = measured.header().stamp;
-        message(
-            sensor.kind.type_id(),
-            stamp.frame.0,
-            stamp.sim_time_nanos,
-            &plane.world_from_sensor,
-            body,
-        )
-    };
-    let image = || {
-        let mut bytes = begin(12 + 4 * width * height);
-        let fov = sensor.description.number("fov", 90.0).unwrap_or(90.0);
-        bytes.u32(plane.width).u32(plane.height).f32(fov);
-        bytes
-    };
-    let bytes = match sensor.kind {
-        Kind::Rgb => pixels(image(), measured.color(0)?.iter(), |rgba| bgra(*rgba)),
-        Kind::Depth => pixels(image(), measured.depth(0)?.iter(), |depth| depth_pixel(*depth)),
-        Kind::Semantic => {
-            pixels(image(), measured.tags(0)?.iter(), |tag| OPAQUE | u32::from(*tag) << 16)
+/// A measurement and what its messages need besides. It owns all of it, so that the messages are made
+/// without the lock of the bridge.
+pub(crate) struct Rendered {
+    measured: Measurement,
+    kind: Kind,
+    stream: u32,
+    description: Arc<Description>,
+    /// The textures of a camera and their streams.
+    textures: Vec<(u32, u32)>,
+    events: Option<Arc<Mutex<EventCamera>>>,
+    radar: Option<RadarScan>,
+}
+
+/// What the detections of a radar depend on besides the measurement.
+struct RadarScan {
+    fov_rad: [f32; 2],
+    points: usize,
+    velocities: BTreeMap<ActorId, Vec3>,
+}
+
+impl Rendered {
+    /// Adds to a measurement what its messages need besides.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if an attribute of a radar is invalid.
+    pub(crate) fn new(
+        sensor: &Sensor,
+        measured: Measurement,
+        world: &World,
+    ) -> Result<Rendered, RpcError> {
+        let radar = if sensor.kind == Kind::Radar {
+            let velocities = world.states().iter().map(|a| (a.actor_id, a.velocity())).collect();
+            let (fov_rad, points) = (sensor.radar_fov_rad()?, sensor.radar_points()?);
+            Some(RadarScan { fov_rad, points, velocities })
+        } else {
+            None
+        };
+        Ok(Rendered {
+            measured,
+            kind: sensor.kind,
+            stream: sensor.stream,
+            description: Arc::clone(&sensor.description),
+            textures: sensor.textures.iter().map(|(texture, stream)| (*texture, *stream)).collect(),
+            events: sensor.events.clone(),
+            radar,
+        })
+    }
+
+    /// Makes the messages that a listener has room for, and sends them.
+    pub(crate) fn send(&self, to: &Streams) {
+        let plane = self.measured.planes().first();
+        let bytes = plane.map_or(0, |p| 4 * p.width as usize * p.height as usize);
+        // An event camera compares each image with the one before.
+        if (self.kind == Kind::Events || to.has_room(self.stream, bytes))
+            && let Some(message) = self.message()
+        {
+            to.publish(self.stream, message);
         }
-        Kind::Instance => {
-            let both = measured.tags(0)?.iter().zip(measured.instances(0)?);
-            pixels(image(), both, |(tag, id)| {
-                OPAQUE | u32::from(*tag) << 16 | (id & 0xff) << 8 | (id >> 8 & 0xff)
-            })
-        }
-        Kind::Normals => {
-            pixels(image(), measured.normals(0)?.iter(), |normal| normal_pixel(*normal))
-        }
-        Kind::Flow => {
-            let mut bytes = image();
-            let scale = [2.0 / width as f32, -2.0 / height as f32];
-            for flow in measured.flow(0)? {
-                // Fractions of half the image, positive upwards, within CARLA's range.
-                let [x, y] = [0, 1].map(|axis| (flow[axis] * scale[axis]).clamp(-2.0, 2.0));
-                bytes.f32(x).f32(y);
+        let fov_deg = self.description.number("fov", 90.0).unwrap_or(90.0);
+        for (texture, stream) in &self.textures {
+            if to.has_room(*stream, bytes)
+                && let Some(message) = textures::message_of(*texture, &self.measured, fov_deg)
+            {
+                to.publish(*stream, message);
             }
+        }
+    }
+
+    /// Returns the message, or `None` if the bundle lacks what the sensor outputs.
+    fn message(&self) -> Option<Message> {
+        let measured = &self.measured;
+        let plane = measured.planes().first()?;
+        let (width, height) = (plane.width as usize, plane.height as usize);
+        let begin = |body: usize| {
+            let stamp = measured.header().stamp;
+            message(
+                self.kind.type_id(),
+                stamp.frame.0,
+                stamp.sim_time_nanos,
+                &plane.world_from_sensor,
+                body,
+            )
+        };
+        let image = || {
+            let mut bytes = begin(12 + 4 * width * height);
+            let fov = self.description.number("fov", 90.0).unwrap_or(90.0);
+            bytes.u32(plane.width).u32(plane.height).f32(fov);
             bytes
-        }
-        Kind::Events => {
-            let mut bytes = image();
-            let now_nanos = measured.header().stamp.sim_time_nanos;
-            let size = [plane.width, plane.height];
-            let events = sensor.events.as_mut()?.update(size, measured.color(0)?, now_nanos);
-            if events.is_empty() {
-                return None;
+        };
+        let bytes = match self.kind {
+            Kind::Rgb => pixels(image(), measured.color(0)?.iter(), |rgba| bgra(*rgba)),
+            Kind::Depth => pixels(image(), measured.depth(0)?.iter(), |depth| depth_pixel(*depth)),
+            Kind::Semantic => {
+                pixels(image(), measured.tags(0)?.iter(), |tag| OPAQUE | u32::from(*tag) << 16)
             }
-            for event in events {
-                bytes.put(event.x.to_le_bytes()).put(event.y.to_le_bytes());
-                bytes.put((event.time_nanos as i64).to_le_bytes()).put([event.is_brighter.into()]);
+            Kind::Instance => {
+                let both = measured.tags(0)?.iter().zip(measured.instances(0)?);
+                pixels(image(), both, |(tag, id)| {
+                    OPAQUE | u32::from(*tag) << 16 | (id & 0xff) << 8 | (id >> 8 & 0xff)
+                })
             }
-            bytes
-        }
-        Kind::Lidar | Kind::SemanticLidar => {
-            let each = if sensor.kind == Kind::Lidar { 16 } else { 24 };
-            let mut bytes = begin(8 + 4 * height + each * width * height);
-            let azimuth = -plane.first_azimuth_rad;
-            bytes.f32(azimuth.rem_euclid(std::f32::consts::TAU)).u32(plane.height);
-            append_lidar(bytes, measured, [width, height], sensor.kind)?
-        }
-        Kind::Radar => radar(begin(16 * sensor.radar_points().ok()?), sensor, measured, world)?,
-        _ => return None,
-    };
-    Some(bytes.into_message())
+            Kind::Normals => {
+                pixels(image(), measured.normals(0)?.iter(), |normal| normal_pixel(*normal))
+            }
+            Kind::Flow => {
+                let mut bytes = image();
+                let scale = [2.0 / width as f32, -2.0 / height as f32];
+                for flow in measured.flow(0)? {
+                    // Fractions of half the image, positive upwards, within CARLA's range.
+                    let [x, y] = [0, 1].map(|axis| (flow[axis] * scale[axis]).clamp(-2.0, 2.0));
+                    bytes.f32(x).f32(y);
+                }
+                bytes
+            }
+            Kind::Events => {
+                let mut bytes = image();
+                let now_nanos = measured.header().stamp.sim_time_nanos;
+                let size = [plane.width, plane.height];
+                let mut camera =
+                    self.events.as_ref()?.lock().unwrap_or_else(PoisonError::into_inner);
+                let events = camera.update(size, measured.color(0)?, now_nanos);
+                if events.is_empty() {
+                    return None;
+                }
+                for event in events {
+                    bytes.put(event.x.to_le_bytes()).put(event.y.to_le_bytes());
+                    bytes
+                        .put((event.time_nanos as i64).to_le_bytes())
+                        .put([event.is_brighter.into()]);
+                }
+                bytes
+            }
+            Kind::Lidar | Kind::SemanticLidar => {
+                let each = if self.kind == Kind::Lidar { 16 } else { 24 };
+                let mut bytes = begin(8 + 4 * height + each * width * height);
+                let azimuth = -plane.first_azimuth_rad;
+                bytes.f32(azimuth.rem_euclid(std::f32::consts::TAU)).u32(plane.height);
+                append_lidar(bytes, measured, [width, height], self.kind)?
+            }
+            Kind::Radar => {
+                let scan = self.radar.as_ref()?;
+                let seed = self.description.number("noise_seed", 0.0).ok()? as u64;
+                radar(begin(16 * scan.points), scan, seed, measured)?
+            }
+            _ => return None,
+        };
+        Some(bytes.into_message())
+    }
 }
 
 /// Returns a depth pixel: metres as a fraction of 1000 m in 24 bits, the lowest in red, the highest
@@ -148,25 +229,18 @@ fn append_lidar(
 ///
 /// CARLA draws random points in an elliptic cone, denser in its middle. Of the rays of the grid,
 /// those nearest to such points are used.
-fn radar(
-    mut bytes: Bytes,
-    sensor: &Sensor,
-    measured: &Measurement,
-    world: &World,
-) -> Option<Bytes> {
+fn radar(mut bytes: Bytes, scan: &RadarScan, seed: u64, measured: &Measurement) -> Option<Bytes> {
     let plane = measured.planes().first()?;
     let (points, labels) = (measured.points(0)?, measured.labels(0)?);
-    let velocity_of =
-        |id: u32| world.state(ActorId(id)).map_or(Vec3::ZERO, |actor| actor.velocity());
+    let velocity_of = |id: u32| scan.velocities.get(&ActorId(id)).copied().unwrap_or(Vec3::ZERO);
     let own = velocity_of(measured.header().parent.0);
-    let fov_rad = sensor.radar_fov_rad().ok()?;
+    let fov_rad = scan.fov_rad;
     let grid = [plane.width, plane.height];
-    let seed = sensor.description.number("noise_seed", 0.0).ok()? as u64;
     let time_nanos = measured.header().stamp.sim_time_nanos;
     // Each frame has other numbers, and each run the same ones.
     let state = seed.wrapping_mul(0xd134_2543_de82_ef95) ^ time_nanos;
     let mut random = RandomStream::from_state(state);
-    for _ in 0..sensor.radar_points().ok()? {
+    for _ in 0..scan.points {
         let [radius, turn] = [random.unit(), random.unit()];
         let ray = ray_nearest_to(radius, turn * TAU, fov_rad, grid);
         let ([x, y, z, _], [id, _]) = (*points.get(ray)?, *labels.get(ray)?);

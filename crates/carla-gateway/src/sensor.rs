@@ -1,6 +1,10 @@
 //! The sensors that CARLA's clients spawn, and the bundles that measure for them.
 
-use std::{collections::BTreeMap, f32::consts::TAU};
+use std::{
+    collections::BTreeMap,
+    f32::consts::TAU,
+    sync::{Arc, Mutex},
+};
 
 use client_lib::{
     EventCamera, EventCameraSpec, Pose, SensorBundle,
@@ -20,7 +24,7 @@ const RADAR_STEP_RAD: f32 = 0.25 * TAU / 360.0;
 pub(crate) struct Sensor {
     pub(crate) kind: Kind,
     pub(crate) stream: u32,
-    pub(crate) description: Description,
+    pub(crate) description: Arc<Description>,
     pub(crate) period_nanos: u64,
     /// The bundle that measures while a client listens.
     pub(crate) bundle: Option<SensorBundle>,
@@ -33,7 +37,7 @@ pub(crate) struct Sensor {
     /// The outputs with which the bundle was created.
     pub(crate) bundle_outputs: u32,
     /// The state of an event camera.
-    pub(crate) events: Option<EventCamera>,
+    pub(crate) events: Option<Arc<Mutex<EventCamera>>>,
 }
 
 impl Sensor {
@@ -58,12 +62,13 @@ impl Sensor {
             textures: BTreeMap::new(),
             bundle_outputs: 0,
             events: None,
-            description,
+            description: Arc::new(description),
         };
         // Invalid attributes are reported now rather than when a client listens.
         sensor.spec(Pose::IDENTITY, 50_000_000, 9.81)?;
         if kind == Kind::Events {
-            sensor.events = Some(EventCamera::new(event_spec(&sensor.description)?));
+            let camera = EventCamera::new(event_spec(&sensor.description)?);
+            sensor.events = Some(Arc::new(Mutex::new(camera)));
         }
         Ok(sensor)
     }

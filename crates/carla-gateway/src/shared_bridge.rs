@@ -3,15 +3,22 @@
 //!
 //! A call that waits for the host submits its commands under the lock, so that commands leave in the
 //! order of the calls, releases the lock while it waits, and takes it again to apply the outcome.
-//! Other connections are served meanwhile. Calls that change what is published (ticks, new worlds,
-//! spawned actors, sensor bundles) also take the *turn*, so that none of them starts while
-//! another one is half done.
+//! Other connections are served meanwhile. The messages of images are made and sent without the lock,
+//! too.
 //!
-//! Lock order: the turn first, then the bridge.
+//! | lock | held by |
+//! |---|---|
+//! | the turn | ticks, loads of worlds and whatever else publishes, from begin to end: one at a time |
+//! | `spawns` | a spawn, shared, until its attributes are known; a publication, alone: no snapshot is published that shows an actor without them |
+//! | `bundles` | the creation of a sensor bundle: no sensor gets two |
+//! | the bridge | a call while it reads or changes something; never across a wait |
+//!
+//! They are taken in this order. A spawn and the creation of a bundle do not take the turn, since a
+//! tick holds it until all images of its frame are measured.
 
 use std::{
     ops::{Deref, DerefMut},
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard},
     time::Duration,
 };
 
@@ -24,6 +31,7 @@ use crate::{
     args::RpcError,
     bridge::{Bridge, bundles::Bundles, snapshot_episode},
     rpc::Peer,
+    statics::Statics,
 };
 
 /// How long a tick waits for clients that have requested a stream to connect to it.
@@ -33,6 +41,8 @@ const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_millis(300);
 pub(crate) struct SharedBridge {
     bridge: Mutex<Bridge>,
     turn: Mutex<()>,
+    spawns: RwLock<()>,
+    bundles: Mutex<()>,
 }
 
 /// The bridge, locked by the thread of one connection. Methods that wait for the host release the
@@ -43,13 +53,24 @@ pub(crate) struct LockedBridge<'a> {
     guard: Option<MutexGuard<'a, Bridge>>,
 }
 
-/// The right to change what is published. It ends when this is dropped.
+/// The right to publish. It ends when this is dropped.
 #[must_use = "the turn ends when this is dropped"]
-pub(crate) struct Turn<'a>(#[expect(dead_code, reason = "held, not read")] MutexGuard<'a, ()>);
+struct Turn<'a>(#[expect(dead_code, reason = "held, not read")] MutexGuard<'a, ()>);
+
+/// A spawn whose attributes are not known yet. It ends when this is dropped.
+#[must_use = "the spawn ends when this is dropped"]
+pub(crate) struct OpenSpawn<'a>(
+    #[expect(dead_code, reason = "held, not read")] RwLockReadGuard<'a, ()>,
+);
 
 impl SharedBridge {
     pub(crate) fn new(bridge: Bridge) -> SharedBridge {
-        SharedBridge { bridge: Mutex::new(bridge), turn: Mutex::new(()) }
+        SharedBridge {
+            bridge: Mutex::new(bridge),
+            turn: Mutex::new(()),
+            spawns: RwLock::new(()),
+            bundles: Mutex::new(()),
+        }
     }
 
     /// Locks the bridge.
@@ -86,9 +107,65 @@ impl<'a> LockedBridge<'a> {
     }
 
     /// Waits for the turn, without the lock. A thread that has the turn must not call this.
-    pub(crate) fn take_turn(&mut self) -> Turn<'a> {
+    fn take_turn(&mut self) -> Turn<'a> {
         let shared = self.shared;
         self.unlocked(|| Turn(lock(&shared.turn)))
+    }
+
+    /// Begins a spawn, after a publication that is under way. A thread that has begun one must not
+    /// call this.
+    pub(crate) fn begin_spawn(&mut self) -> OpenSpawn<'a> {
+        let shared = self.shared;
+        let read = || shared.spawns.read().unwrap_or_else(PoisonError::into_inner);
+        self.unlocked(|| OpenSpawn(read()))
+    }
+
+    /// Publishes the newest snapshot, and then what was measured. The caller has the turn.
+    fn publish(&mut self) {
+        let shared = self.shared;
+        let write = || shared.spawns.write().unwrap_or_else(PoisonError::into_inner);
+        let spawns = self.unlocked(write);
+        self.publish_frame();
+        drop(spawns);
+        self.publish_measurements();
+    }
+
+    /// Sends all that sensor bundles have measured. The caller has the turn, so that the
+    /// measurements of a sensor are sent in their order.
+    fn publish_measurements(&mut self) {
+        loop {
+            let measured = self.publish_measured();
+            if !measured.is_any {
+                return;
+            }
+            let streams = Arc::clone(&self.streams);
+            self.unlocked(|| measured.rendered.into_iter().for_each(|one| one.send(&streams)));
+        }
+    }
+
+    /// Reads the map of a world that was loaded, without the lock, before a snapshot of it is taken
+    /// in. The caller has the turn.
+    fn load_map(&mut self) {
+        let number = self.client.episode();
+        let is_known = |known: &Option<(u32, _)>| known.as_ref().is_some_and(|(n, _)| *n == number);
+        if u64::from(number) == self.episode.number || is_known(&self.next_statics) {
+            return;
+        }
+        let (instance, before) = (self.client.instance().clone(), Arc::clone(&self.statics));
+        match self.unlocked(|| Statics::load(&instance, &before)) {
+            Ok(loaded) => self.next_statics = Some(loaded),
+            // The same error is reported when the episode begins.
+            Err(e) => log::debug!("the map of episode {number}: {e}"),
+        }
+    }
+
+    /// Returns what is fixed for the episode, with its town, which is awaited without the lock.
+    pub(crate) fn statics_with_town(&mut self) -> Arc<Statics> {
+        let statics = Arc::clone(&self.statics);
+        self.unlocked(|| {
+            statics.town();
+        });
+        statics
     }
 
     /// Advances a synchronous world by a tick and returns the new frame. Of an asynchronous world,
@@ -120,6 +197,7 @@ impl<'a> LockedBridge<'a> {
             }
             Err(e) => return Err(e.into()),
         };
+        self.load_map();
         self.client.refresh()?;
         self.publish();
         Ok(frame.0)
@@ -221,6 +299,7 @@ impl<'a> LockedBridge<'a> {
     /// Publishes what is new in a world that another client ticks or that ticks by itself.
     pub(crate) fn update(&mut self) {
         let _turn = self.take_turn();
+        self.load_map();
         match self.client.refresh() {
             Ok(_) if self.client.frame().0 > self.published_frame() => {
                 if !self.is_synchronous() && self.episode.number == snapshot_episode(&self.client) {
@@ -240,8 +319,7 @@ impl<'a> LockedBridge<'a> {
         }
     }
 
-    /// Creates bundles for sensors that have listeners, and destroys those without. The caller has
-    /// the turn.
+    /// Creates bundles for sensors that have listeners, and destroys those without.
     fn update_bundles(&mut self) {
         let Bridge { bundles, episode, streams, client, .. } = &mut **self;
         let delta_nanos = client.wire_settings().delta_nanos;
@@ -249,7 +327,7 @@ impl<'a> LockedBridge<'a> {
         // A dropped bundle is destroyed.
         drop(obsolete);
         for id in missing {
-            if let Err(RpcError(why)) = self.create_bundle_in_turn(id) {
+            if let Err(RpcError(why)) = self.create_bundle(id) {
                 log::warn!("{} sensor {id}: {why}", self.published_frame());
             }
         }
@@ -261,11 +339,8 @@ impl<'a> LockedBridge<'a> {
     ///
     /// Returns an error if an attribute of the sensor is invalid or the host refuses the bundle.
     pub(crate) fn create_bundle(&mut self, id: u32) -> Result<(), RpcError> {
-        let _turn = self.take_turn();
-        self.create_bundle_in_turn(id)
-    }
-
-    fn create_bundle_in_turn(&mut self, id: u32) -> Result<(), RpcError> {
+        let shared = self.shared;
+        let _alone = self.unlocked(|| lock(&shared.bundles));
         let Bridge { bundles, episode, streams, client, .. } = &mut **self;
         let Some(new) = bundles.new_bundle(episode, client, streams, id)? else { return Ok(()) };
         let outcomes = self.request_outcomes("bundle", &new.commands)?;
@@ -341,6 +416,7 @@ impl<'a> LockedBridge<'a> {
             Err(e) => return Err(e),
         }
         loop {
+            self.load_map();
             self.client.refresh()?;
             if self.client.world().header().stamp.episode >= number {
                 return Ok(());

@@ -3,7 +3,7 @@
 use std::sync::{Arc, OnceLock, PoisonError, RwLock};
 
 use bake::Cache;
-use client_lib::{BlueprintInfo, RayGrid, RayHit, World, wire::Episode};
+use client_lib::{BlueprintInfo, ClientError, Instance, RayGrid, RayHit, World, wire::Episode};
 use glam::Vec3;
 use road::Network;
 use town::Town;
@@ -35,8 +35,26 @@ impl Statics {
         Statics { episode, network, repaired: OnceLock::new(), town, grid, navigation }
     }
 
+    /// Reads the map of the episode that the host has begun, and returns the number of the episode.
+    /// If it is the map of `before`, that is returned.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if the map cannot be read or parsed.
+    pub(crate) fn load(
+        instance: &Instance,
+        before: &Arc<Statics>,
+    ) -> Result<(u32, Arc<Statics>), ClientError> {
+        let (number, episode) = instance.numbered_episode()?;
+        if episode == before.episode {
+            return Ok((number, Arc::clone(before)));
+        }
+        let network = Cache::from_environment().network(&episode.map, &episode.open_drive)?;
+        Ok((number, Arc::new(Statics::new(episode, Arc::new(network)))))
+    }
+
     /// Returns the road network.
-    pub(crate) fn network(&self) -> &Network {
+    pub(crate) fn network(&self) -> &Arc<Network> {
         &self.network
     }
 
@@ -86,17 +104,20 @@ impl Statics {
         let _ = std::thread::Builder::new().name("carla-navigation".into()).spawn(work);
     }
 
-    /// Returns everything that a segment in world space hits, nearest first. The grid of the town's
-    /// triangles is built at the first call.
+    /// Returns everything that a segment in world space hits, nearest first.
     pub(crate) fn cast_ray(
         &self,
         segment: [Vec3; 2],
         world: &World,
         blueprints: &[BlueprintInfo],
     ) -> Vec<RayHit> {
+        self.grid().cast(&self.town().mesh, segment, world, blueprints)
+    }
+
+    /// Returns the grid of the town's triangles. It is built at the first call.
+    pub(crate) fn grid(&self) -> &RayGrid {
         let mesh = &self.town().mesh;
-        let grid = self.grid.get_or_init(|| RayGrid::new(mesh));
-        grid.cast(mesh, segment, world, blueprints)
+        self.grid.get_or_init(|| RayGrid::new(mesh))
     }
 
     /// Returns the town. It is loaded at the first call.

@@ -8,13 +8,13 @@ use client_lib::{
 };
 
 use crate::{
+    args::RpcError,
     bridge::episode_state::EpisodeState,
     physics_messages,
     proxy_actors::SPECTATOR,
-    rendered_messages,
+    rendered_messages::Rendered,
     state::{Moment, StateMessage},
     stream::{Streams, WORLD},
-    textures,
 };
 
 /// The state of publication: the last published frame, and the start of the platform clock.
@@ -85,45 +85,50 @@ impl Publisher {
         to.publish(WORLD, state.into_message());
     }
 
-    /// Sends what sensor bundles have measured.
-    pub(crate) fn measurements(&self, client: &Client, episode: &mut EpisodeState, to: &Streams) {
+    /// Takes one measurement from each sensor bundle that has one. Sends those of the host, and
+    /// returns those of the renderer, whose messages are made without the lock of the bridge.
+    pub(crate) fn measurements(
+        &self,
+        client: &Client,
+        episode: &mut EpisodeState,
+        to: &Streams,
+    ) -> Measured {
         let world = client.world();
-        let mut of_physics = Vec::new();
+        let (mut rendered, mut of_physics) = (Vec::new(), Vec::new());
         for (id, proxy) in &mut episode.actors.proxies {
             let Some(sensor) = &mut proxy.sensor else { continue };
-            while let Some(bundle) = &mut sensor.bundle {
-                match bundle.receive() {
-                    Ok(Some(measured)) if !sensor.is_rendered() => of_physics.push((*id, measured)),
-                    Ok(Some(measured)) => {
-                        if let Some(message) =
-                            rendered_messages::message_of(sensor, &measured, world)
-                        {
-                            to.publish(sensor.stream, message);
-                        }
-                        let size = measured.planes().first();
-                        let bytes = size.map_or(0, |p| 4 * p.width as usize * p.height as usize);
-                        let fov_deg = sensor.description.number("fov", 90.0).unwrap_or(90.0);
-                        for (texture, stream) in &sensor.textures {
-                            if to.has_room(*stream, bytes)
-                                && let Some(message) =
-                                    textures::message_of(*texture, &measured, fov_deg)
-                            {
-                                to.publish(*stream, message);
-                            }
-                        }
-                    }
-                    Ok(None) => break,
-                    Err(e) => {
-                        log::warn!("{} {}: {e}", self.frame, sensor.description.id);
-                        break;
-                    }
+            let Some(bundle) = &mut sensor.bundle else { continue };
+            let measured = match bundle.receive() {
+                Ok(Some(measured)) => measured,
+                Ok(None) => continue,
+                Err(e) => {
+                    log::warn!("{} {}: {e}", self.frame, sensor.description.id);
+                    continue;
                 }
+            };
+            if !sensor.is_rendered() {
+                of_physics.push((*id, measured));
+                continue;
+            }
+            match Rendered::new(sensor, measured, world) {
+                Ok(one) => rendered.push(one),
+                Err(RpcError(why)) => log::warn!("{} {}: {why}", self.frame, sensor.description.id),
             }
         }
+        let is_any = !(rendered.is_empty() && of_physics.is_empty());
         for (id, measured) in of_physics {
             publish_physics_measurement(id, &measured, client, episode, to);
         }
+        Measured { rendered, is_any }
     }
+}
+
+/// What sensor bundles have measured: at most one measurement of each.
+pub(crate) struct Measured {
+    /// Those of the renderer, which are not sent yet.
+    pub(crate) rendered: Vec<Rendered>,
+    /// Whether there was any; if not, all bundles are empty.
+    pub(crate) is_any: bool,
 }
 
 /// Sends what the host has measured for one sensor.

@@ -161,7 +161,7 @@ impl LockedBridge<'_> {
                 if is_invincible { spawn.gets_up_after_fall() } else { spawn.removed_after_fall() };
         }
         // No snapshot is published before the attributes of its actors are known.
-        let _turn = self.take_turn();
+        let _spawn = self.begin_spawn();
         let outcomes = self.request("spawn", &[spawn.wire()])?;
         let outcome = outcomes.first().ok_or("the host returned no outcome")?.outcome;
         let id = outcome.result().map_err(spawn_error)?;

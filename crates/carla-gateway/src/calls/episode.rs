@@ -55,7 +55,7 @@ pub(super) fn receive_open_drive(call: &mut Call) -> Result<(), RpcError> {
     let text = call.args.text()?;
     let path = sent_file(call);
     let error = |e| RpcError::from(format!("{}: {e}", path.display()));
-    std::fs::write(&path, text).map_err(error)
+    call.bridge.unlocked(|| std::fs::write(&path, text)).map_err(error)
 }
 
 fn sent_file(call: &Call) -> PathBuf {

@@ -78,7 +78,8 @@ fn bounds(object: &town::Object) -> Bounds {
 /// Returns the bounding boxes of all objects and actors with a tag, in world space.
 pub(super) fn level_boxes(call: &mut Call) -> Result<(), RpcError> {
     let tag = call.args.u32()?;
-    let objects = call.bridge.statics.town().objects.iter();
+    let statics = call.bridge.statics_with_town();
+    let objects = statics.town().objects.iter();
     let mut boxes: Vec<_> =
         objects.filter(|o| tag == ANY || o.tag as u32 == tag).map(bounds).collect();
     let (world, blueprints) = (call.bridge.client.world(), call.bridge.client.blueprints());

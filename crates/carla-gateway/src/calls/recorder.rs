@@ -32,15 +32,17 @@ pub(super) fn stop(call: &mut Call) -> Result<(), RpcError> {
 }
 
 /// Writes a table of a recording, or CARLA's message that the file does not exist.
+///
+/// The recording is read without the lock of the bridge: it may be long.
 fn write(
     call: &mut Call,
-    table: impl FnOnce(&mut Source, &mut Call) -> Result<String, RpcError>,
+    name: &str,
+    table: impl FnOnce(&mut Source) -> anyhow::Result<String>,
 ) -> Result<(), RpcError> {
-    let name = call.args.text()?;
     let path = saved_path(name)?;
     let text = if path.exists() {
-        let mut source = Source::open(&path).map_err(rpc_error)?;
-        table(&mut source, call)?
+        let read = || table(&mut Source::open(&path)?);
+        call.bridge.unlocked(read).map_err(rpc_error)?
     } else {
         format!("File {name} not found on server\n")
     };
@@ -53,28 +55,23 @@ fn rpc_error(why: anyhow::Error) -> RpcError {
 }
 
 pub(super) fn file_info(call: &mut Call) -> Result<(), RpcError> {
-    write(call, |recording, call| {
-        let all = call.args.bool()?;
-        tables::file_info(recording, all).map_err(rpc_error)
-    })
+    let (name, all) = (call.args.text()?, call.args.bool()?);
+    write(call, name, |recording| tables::file_info(recording, all))
 }
 
 pub(super) fn collisions(call: &mut Call) -> Result<(), RpcError> {
-    write(call, |recording, call| {
-        let mut kind = || {
-            let code = call.args.u32()?;
-            char::from_u32(code).ok_or_else(|| RpcError::from(format!("{code} is not a character")))
-        };
-        let kinds = [kind()?, kind()?];
-        Ok(tables::collisions(recording, kinds).map_err(rpc_error)?.text())
-    })
+    let name = call.args.text()?;
+    let mut kind = || {
+        let code = call.args.u32()?;
+        char::from_u32(code).ok_or_else(|| RpcError::from(format!("{code} is not a character")))
+    };
+    let kinds = [kind()?, kind()?];
+    write(call, name, |recording| Ok(tables::collisions(recording, kinds)?.text()))
 }
 
 pub(super) fn blocked(call: &mut Call) -> Result<(), RpcError> {
-    write(call, |recording, call| {
-        let (time_s, distance_cm) = (call.args.f64()?, call.args.f64()?);
-        Ok(tables::blocked(recording, time_s, distance_cm).map_err(rpc_error)?.text())
-    })
+    let (name, time_s, distance_cm) = (call.args.text()?, call.args.f64()?, call.args.f64()?);
+    write(call, name, |recording| Ok(tables::blocked(recording, time_s, distance_cm)?.text()))
 }
 
 pub(super) fn replay(call: &mut Call) -> Result<(), RpcError> {
@@ -96,8 +93,8 @@ pub(super) fn replay(call: &mut Call) -> Result<(), RpcError> {
     let temporary = if carla_log::is_log(&path) { Some(recording_of(call, &path)?) } else { None };
     let shown = temporary.as_ref().map_or(&path, |temporary| &temporary.0);
     let error = |e: record::RecordError| RpcError::from(e.to_string());
-    let total_s =
-        Recording::open(shown).map_err(error)?.duration_nanos().map_err(error)? as f64 / 1e9;
+    let duration = || Recording::open(shown)?.duration_nanos();
+    let total_s = call.bridge.unlocked(duration).map_err(error)? as f64 / 1e9;
     let replayer = &call.bridge.episode.replayer;
     let (time_factor, ignore_hero) = (replayer.time_factor, replayer.ignore_hero);
     let replay = Replay { from_s, duration_s, time_factor, ignore_hero };
@@ -130,7 +127,8 @@ impl Drop for TemporaryFile {
 
 /// Converts a log of CARLA to a recording, and loads its map if another one is loaded.
 fn recording_of(call: &mut Call, path: &Path) -> Result<TemporaryFile, RpcError> {
-    let map = carla_log::open(path).map_err(rpc_error)?.header().map.clone();
+    let header = || Ok(carla_log::open(path)?.header().map.clone());
+    let map: String = call.bridge.unlocked(header).map_err(rpc_error)?;
     let map = map.rsplit('/').next().unwrap_or_default().trim_end_matches(".xodr");
     if map != call.bridge.statics.map_name() {
         call.bridge.load_world(map, 0)?;
@@ -138,7 +136,8 @@ fn recording_of(call: &mut Call, path: &Path) -> Result<TemporaryFile, RpcError>
     let temporary =
         TemporaryFile(path.with_added_extension(format!("{}.mcap", std::process::id())));
     let episode = call.bridge.statics.episode.clone();
-    for blueprint in carla_log::import(path, &temporary.0, episode).map_err(rpc_error)? {
+    let import = || carla_log::import(path, &temporary.0, episode);
+    for blueprint in call.bridge.unlocked(import).map_err(rpc_error)? {
         log::warn!(
             "unknown blueprint {blueprint:?} in {}: its actors are not replayed",
             path.display()

@@ -1,7 +1,5 @@
 //! The surroundings of the roads: objects, layers, street lights, ray casts.
 
-use std::sync::Arc;
-
 use client_lib::{
     RayHit, hide_objects,
     wire::{Command, HideLayers, layer},
@@ -22,7 +20,7 @@ pub(super) fn enable(call: &mut Call) -> Result<(), RpcError> {
         numbers.push(ids.int()?);
     }
     let exists = call.args.bool()?;
-    let count = call.bridge.statics.town().objects.len() as i64;
+    let count = call.bridge.statics_with_town().town().objects.len() as i64;
     let known = numbers.into_iter().filter(|number| (1..=count).contains(number));
     let known: Vec<u32> = known.map(|number| number as u32).collect();
     for command in hide_objects(&known, !exists) {
@@ -62,7 +60,8 @@ fn switch_layers(call: &mut Call, hidden: bool) -> Result<(), RpcError> {
 
 /// Returns the states of all street lights.
 pub(super) fn street_lights(call: &mut Call) -> Result<(), RpcError> {
-    let lamps = &call.bridge.statics.town().lamps;
+    let statics = call.bridge.statics_with_town();
+    let lamps = &statics.town().lamps;
     let episode = &call.bridge.episode;
     episode.street_lights.write(lamps, &episode.standing, call.out);
     Ok(())
@@ -73,7 +72,7 @@ pub(super) fn street_lights(call: &mut Call) -> Result<(), RpcError> {
 pub(super) fn set_street_lights(call: &mut Call) -> Result<(), RpcError> {
     call.args.text()?;
     let mut states = call.args.list()?;
-    let statics = Arc::clone(&call.bridge.statics);
+    let statics = call.bridge.statics_with_town();
     let commands = call.bridge.episode.street_lights.update(&statics.town().lamps, &mut states)?;
     queue_light_commands(call, commands);
     Ok(())
@@ -82,7 +81,7 @@ pub(super) fn set_street_lights(call: &mut Call) -> Result<(), RpcError> {
 pub(super) fn follow_sun(call: &mut Call) -> Result<(), RpcError> {
     call.args.text()?;
     let on = call.args.bool()?;
-    let statics = Arc::clone(&call.bridge.statics);
+    let statics = call.bridge.statics_with_town();
     let episode = &mut call.bridge.episode;
     let lamps = &statics.town().lamps;
     let commands = episode.street_lights.follow_sun(on, lamps, &episode.standing);
@@ -121,9 +120,13 @@ pub(super) fn project_point(call: &mut Call) -> Result<(), RpcError> {
     Ok(())
 }
 
-fn hits(call: &Call, segment: [Vec3; 2]) -> Vec<RayHit> {
+fn hits(call: &mut Call, segment: [Vec3; 2]) -> Vec<RayHit> {
+    let statics = call.bridge.statics_with_town();
+    call.bridge.unlocked(|| {
+        statics.grid();
+    });
     let client = &call.bridge.client;
-    call.bridge.statics.cast_ray(segment, client.world(), client.blueprints())
+    statics.cast_ray(segment, client.world(), client.blueprints())
 }
 
 fn write_point(call: &mut Call, position: Vec3, tag: u8) {
