@@ -56,6 +56,11 @@ def trigger_volumes(c):
         extent = light.trigger_volume.extent
         assert width - 0.5 < 2.0 * extent.x < width + 0.5, (name, width, extent)
         assert 0.7 < extent.y < 3.0, (name, extent)
+        middle = light.get_transform().transform(light.trigger_volume.location)
+        ahead = c.map.get_waypoint(middle).transform.get_forward_vector()
+        gap = (light.get_location() - middle).dot(ahead)
+        assert 2.9 < gap < 3.1, (name, "the volume is not 3 m before the signal", gap)
+        assert not c.map.get_waypoint(middle).is_junction, name
         right = light.get_transform().get_forward_vector()
         along = stops[0].transform.get_right_vector()
         assert right.dot(along) > 0.8, (name, "the x axis does not point to the right")

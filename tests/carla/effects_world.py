@@ -115,22 +115,33 @@ def spectator_and_rays(c):
 
 
 def level_boxes_of_actors(c):
-    # Later checks drive from where they drove without this car.
-    place = c.next_point
-    car = c.car()
-    c.next_point = place
-    c.ticks(1)
     label = carla.CityObjectLabel
     count = len(c.world.get_actors().filter("traffic.traffic_light"))
     assert count and len(c.world.get_level_bbs(label.TrafficLight)) == count
-    middle = car.get_transform().transform(car.bounding_box.location)
-    near_car = [box for box in c.world.get_level_bbs(label.Car)
-                if box.location.distance(middle) < 0.3]
-    assert len(near_car) == 1, [str(box.location) for box in c.world.get_level_bbs(label.Car)]
-    near(near_car[0].extent.x, car.bounding_box.extent.x, 1e-3)
-    near(near_car[0].rotation.yaw % 360.0, car.get_transform().rotation.yaw % 360.0, 0.5)
-    car.destroy()
-    c.ticks(1)
+    # Above the town, where no later check finds them.
+    place = carla.Transform(c.points[0].location + carla.Location(z=60.0),
+                            carla.Rotation(yaw=30.0))
+    for type_id, tag in (("vehicle.tesla.model3", label.Car),
+                         ("vehicle.carlamotors.carlacola", label.Truck),
+                         ("vehicle.mitsubishi.fusorosa", label.Bus),
+                         ("vehicle.kawasaki.ninja", label.Motorcycle),
+                         ("vehicle.bh.crossbike", label.Bicycle),
+                         ("walker.pedestrian.0001", label.Pedestrians)):
+        before = len(c.world.get_level_bbs(tag))
+        actor = c.world.spawn_actor(c.library.find(type_id), place)
+        c.ticks(1)
+        assert len(c.world.get_level_bbs(tag)) == before + 1, type_id
+        middle = actor.get_transform().transform(actor.bounding_box.location)
+        found = [box for box in c.world.get_level_bbs(tag)
+                 if box.location.distance(middle) < 0.3]
+        assert len(found) == 1, (type_id, [str(box.location) for box in found])
+        assert found[0].extent == actor.bounding_box.extent, (type_id, str(found[0].extent))
+        near(found[0].rotation.yaw % 360.0, actor.get_transform().rotation.yaw % 360.0, 0.5)
+        everything = c.world.get_level_bbs(label.Any)
+        assert any(box.location == found[0].location for box in everything), type_id
+        actor.destroy()
+        c.ticks(1)
+        assert len(c.world.get_level_bbs(tag)) == before, type_id
 
 
 @check
