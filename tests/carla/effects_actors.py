@@ -65,7 +65,7 @@ def vehicle_control(c):
     assert back.x * ahead.x + back.y * ahead.y < -0.5
     works("VehicleControl.reverse", "the vehicle moved backwards")
     assert 10.0 <= car.get_speed_limit() <= 130.0
-    works("Vehicle.get_speed_limit", "the speed limit of the road in km/h")
+    works("Vehicle.get_speed_limit", "30 km/h until the vehicle passes a speed sign, then that of the sign")
     car.apply_control(carla.VehicleControl(brake=1.0))
     c.ticks(40)
     car.apply_control(carla.VehicleControl(throttle=1.0))

@@ -14,7 +14,7 @@ use crate::{
     blueprints,
     sensor::Sensor,
     stream,
-    trigger_volumes::SignalPlace,
+    trigger_volumes::{self, SignalPlace},
     wire::{Actor, Attribute, Bounds, Description},
 };
 
@@ -239,11 +239,9 @@ fn sign_type(signal: &road::Signal) -> Option<String> {
     match signal.kind.as_str() {
         "206" => Some("traffic.stop".to_owned()),
         "205" => Some("traffic.yield".to_owned()),
-        "274" => {
-            let named = signal.subtype.parse().ok().filter(|v| *v > 0.0);
-            let limit = signal.value.or(named).unwrap_or(30.0);
+        _ => {
+            let limit = trigger_volumes::speed_sign_kmh(signal)?;
             Some(format!("traffic.speed_limit.{}", limit.round()))
         }
-        _ => None,
     }
 }

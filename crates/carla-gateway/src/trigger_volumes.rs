@@ -131,6 +131,14 @@ impl SignalPlace {
     }
 }
 
+/// Returns the limit that a speed sign shows, kilometres per hour; `None` for another signal.
+///
+/// The type is that of the German catalogue, which OpenDRIVE maps use.
+pub(crate) fn speed_sign_kmh(signal: &Signal) -> Option<f32> {
+    let named = || signal.subtype.parse().ok().filter(|v| *v > 0.0);
+    (signal.kind == "274").then(|| signal.value.or_else(named).unwrap_or(30.0) as f32)
+}
+
 #[cfg(test)]
 mod tests {
     use std::{

@@ -71,7 +71,7 @@ impl Publisher {
                     state.light(&ActorState { pose, ..*actor }, sign, pole, &timing);
                 }
                 kind::VEHICLE => {
-                    let context = episode.road_contexts.of(actor, client.blueprints(), self.frame);
+                    let context = episode.road_contexts.of(actor, client.blueprints());
                     let failure = episode.rollovers.failure_of(actor, moment.sim_time_nanos);
                     state.vehicle(actor, context, failure);
                 }
