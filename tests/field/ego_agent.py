@@ -1,7 +1,11 @@
-"""The driver that scenario_runner's single scenarios need: CARLA's BasicAgent at 30 km/h, without a goal."""
+"""The driver that scenario_runner's single scenarios need: CARLA's BehaviorAgent, without a goal.
+
+scenario_runner leaves the ego vehicle to a person, who looks for walkers and vehicles; so does this agent,
+while BasicAgent does not look for walkers.
+"""
 
 import carla
-from agents.navigation.basic_agent import BasicAgent
+from agents.navigation.behavior_agent import BehaviorAgent
 from srunner.autoagents.autonomous_agent import AutonomousAgent
 from srunner.scenariomanager.carla_data_provider import CarlaDataProvider
 
@@ -19,7 +23,7 @@ class EgoAgent(AutonomousAgent):
         if self.driver is None:
             for vehicle in CarlaDataProvider.get_world().get_actors().filter("vehicle.*"):
                 if vehicle.attributes.get("role_name") == "hero":
-                    self.driver = BasicAgent(vehicle, 30, opt_dict={})
+                    self.driver = BehaviorAgent(vehicle, "normal", opt_dict={})
                     break
             else:
                 return carla.VehicleControl()

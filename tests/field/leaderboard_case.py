@@ -103,7 +103,8 @@ def main():
                    "--track", "MAP" if agent == "dummy_agent" else "SENSORS",
                    "--checkpoint", results, "--debug-checkpoint", results + ".txt"]
         label = f"{town}, route {number} ({length} m), {agent}"
-        environment = dict(os.environ, LEADERBOARD_ROOT=folder)
+        beside = os.path.join(os.path.dirname(folder), "scenario_runner")
+        environment = dict(os.environ, LEADERBOARD_ROOT=folder, SCENARIO_RUNNER_ROOT=beside)
         try:
             done = subprocess.run(command, cwd=out, env=environment, capture_output=True, text=True,
                                   timeout=LIMIT_S, check=False)
