@@ -20,6 +20,11 @@ pub use triangle::Hit;
 
 /// Depth of the flat floor below the lowest ground.
 const FLOOR_DEPTH_M: f32 = 5.0;
+/// A query that starts further below the floor than this finds no floor: an actor that was spawned
+/// or teleported there falls. Its springs would otherwise be compressed by that depth.
+const FLOOR_REACH_M: f32 = 2.5;
+/// Depth below a query of the surface that stands for no surface.
+const NO_SURFACE_DEPTH_M: f32 = 100.0;
 
 /// The ground of one map. It does not change.
 pub struct Ground {
@@ -83,14 +88,15 @@ impl Ground {
     /// Returns the highest surface at or below `z_from`.
     ///
     /// If there is none, the result is the lowest surface within 2.5 m above, so that a wheel that
-    /// a step has swallowed comes up again; otherwise it is the floor below the map.
+    /// a step has swallowed comes up again; otherwise it is the floor below the map. A query that
+    /// starts more than 2.5 m below that floor finds a surface 100 m further down.
     #[inline]
     pub fn below(&self, x: f32, y: f32, z_from: f32) -> Hit {
         let point = Vec2::new(x, y);
-        let Some(at) = CellPoint::of(self.grid.origin, point) else { return self.floor() };
+        let Some(at) = CellPoint::of(self.grid.origin, point) else { return self.floor(z_from) };
         let (height_m, entry) = self.grid.find(&at, point, z_from);
         if entry == EMPTY {
-            return self.floor();
+            return self.floor(z_from);
         }
         self.grid.triangles[self.grid.lists[entry as usize] as usize].hit(height_m)
     }
@@ -105,14 +111,18 @@ impl Ground {
         cached: &mut Option<CachedTriangle>,
     ) -> Hit {
         let point = Vec2::new(x, y);
-        let Some(at) = CellPoint::of(self.grid.origin, point) else { return self.floor() };
+        let Some(at) = CellPoint::of(self.grid.origin, point) else { return self.floor(z_from) };
         if let Some(hit) = self.topmost.hit(&self.grid, &at, point, z_from, cached) {
             return hit;
         }
-        self.topmost.search(&self.grid, &at, point, z_from, cached).unwrap_or_else(|| self.floor())
+        self.topmost
+            .search(&self.grid, &at, point, z_from, cached)
+            .unwrap_or_else(|| self.floor(z_from))
     }
 
-    fn floor(&self) -> Hit {
-        Hit { height_m: self.floor_m, normal: Vec3::Z, friction: 0.6, on_map: false }
+    fn floor(&self, z_from: f32) -> Hit {
+        let is_below = z_from < self.floor_m - FLOOR_REACH_M;
+        let height_m = if is_below { z_from - NO_SURFACE_DEPTH_M } else { self.floor_m };
+        Hit { height_m, normal: Vec3::Z, friction: 0.6, on_map: false }
     }
 }

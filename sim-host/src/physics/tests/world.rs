@@ -309,6 +309,29 @@ fn a_kinematic_vehicle_floats_and_falls_when_it_is_dynamic() {
 }
 
 #[test]
+fn a_vehicle_spawned_far_below_the_map_falls_until_it_is_teleported_to_the_road() {
+    let mut physics = town();
+    let model = Arc::new(VehicleModel::sedan());
+    let deep = Pose::level(Vec3::Z * -500.0, 0.0);
+    physics.spawn_vehicle(ActorId(1), &model, &deep, false).unwrap();
+    for _ in 0..2 {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    }
+    let fallen = state(&physics, 1);
+    let fall = fallen.velocity_mps[2];
+    assert!((-1.1..-0.8).contains(&fall), "after 0.1 s: {fall} m/s at {:?}", fallen.pose);
+    physics.set_kinematic(ActorId(1), true).unwrap();
+    physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    physics.teleport(ActorId(1), &Pose::level(Vec3::Z, 0.0)).unwrap();
+    physics.set_kinematic(ActorId(1), false).unwrap();
+    for _ in 0..40 {
+        physics.step(FRAME_NANOS, SUBSTEP_NANOS);
+    }
+    let place = state(&physics, 1).pose.position();
+    assert!(place.length() < 0.1, "it does not stand on the road: {place}");
+}
+
+#[test]
 fn a_kinematic_vehicle_moves_only_by_its_set_velocity() {
     let mut physics = town();
     let model = Arc::new(VehicleModel::sedan());
