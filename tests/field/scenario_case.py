@@ -8,6 +8,7 @@ FOLDER OUT NAME, where NAME is the name of a scenario or the path of an OpenSCEN
 import argparse
 import os
 import random
+import re
 import sys
 
 import kit
@@ -25,12 +26,14 @@ def main():
     xosc, osc = name.endswith(".xosc"), name.endswith(".osc")
     # An ego vehicle with a controller of its own needs no agent.
     driven = not osc and (not xosc or "external_control" in open(name, encoding="utf-8").read())
+    turn = re.search(r"(Left|Right)Turn_|VehicleTurning(Left|Right)_", name)
     options = argparse.Namespace(
         host="127.0.0.1", port=port, timeout="60.0", trafficManagerPort="8000",
         trafficManagerSeed="0", sync=True, list=False, frameRate=20.0,
         scenario=None if xosc or osc else name, openscenario=name if xosc else None,
         openscenarioparams=None, openscenario2=name if osc else None, route=None, route_id="",
-        agent=os.path.join(HERE, "ego_agent.py") if driven else None, agentConfig="",
+        agent=os.path.join(HERE, "ego_agent.py") if driven else None,
+        agentConfig=(turn.group(1) or turn.group(2)).lower() if turn else "",
         output=True, file=False, junit=False, json=True, outputDir=out, configFile="",
         additionalScenario="", debug=False, reloadWorld=True, record="", randomize=False,
         repetitions=1, waitForEgo=False)
