@@ -28,6 +28,8 @@ const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
 /// client that has loaded it closes its old listener, and crashes if that listener receives the new
 /// episode.
 const EPISODE_MUTE: Duration = Duration::from_secs(2);
+/// Most streams of which a message is kept until their client connects.
+const LATE_MAX: usize = 64;
 /// Time between two checks whether an idle listener is still connected.
 const IDLE: Duration = Duration::from_millis(500);
 
@@ -49,6 +51,9 @@ struct Listening {
     by_stream: BTreeMap<u32, Vec<Arc<Session>>>,
     /// Streams that a client has requested and to which it has not connected yet.
     expected: BTreeSet<u32>,
+    /// Streams that a client has requested and to which none has connected yet, with the newest
+    /// message since: on a loaded machine a client connects later than a tick waits for it.
+    late: BTreeMap<u32, Option<Message>>,
     /// The newest state of the world, which a new listener receives at once.
     state: Option<Message>,
 }
@@ -93,6 +98,9 @@ impl Streams {
         {
             let mut listening = self.lock();
             listening.expected.remove(&stream);
+            if let Some(Some(message)) = listening.late.remove(&stream) {
+                session.send(&message);
+            }
             listening.by_stream.entry(stream).or_default().push(Arc::clone(&session));
             if stream == WORLD
                 && let Some(state) = &listening.state
@@ -119,6 +127,9 @@ impl Streams {
         if let Some(sessions) = listening.by_stream.get(&stream) {
             sessions.iter().for_each(|session| session.send(&message));
         }
+        if let Some(kept) = listening.late.get_mut(&stream) {
+            *kept = Some(Arc::clone(&message));
+        }
         if stream == WORLD {
             listening.state = Some(message);
         }
@@ -129,6 +140,7 @@ impl Streams {
     pub(crate) fn begin_episode(&self) {
         let mut listening = self.lock();
         listening.state = None;
+        listening.late.clear();
         for session in listening.by_stream.get(&WORLD).into_iter().flatten() {
             session.lock().muted = Some((Instant::now() + EPISODE_MUTE, None));
         }
@@ -146,12 +158,21 @@ impl Streams {
         let listening = self.lock();
         let sessions = listening.by_stream.get(&stream).into_iter().flatten();
         // Every listener is tried, so that each one counts its loss.
-        sessions.filter(|session| session.has_room(bytes)).count() > 0
+        let has_room = sessions.filter(|session| session.has_room(bytes)).count() > 0;
+        has_room || listening.late.contains_key(&stream)
     }
 
     /// Expects a listener: a client has requested the stream.
     pub(crate) fn expect(&self, stream: u32) {
-        self.lock().expected.insert(stream);
+        let mut listening = self.lock();
+        listening.expected.insert(stream);
+        if stream != WORLD && !listening.by_stream.contains_key(&stream) {
+            listening.late.entry(stream).or_default();
+            // The oldest streams have the lowest numbers.
+            while listening.late.len() > LATE_MAX {
+                listening.late.pop_first();
+            }
+        }
     }
 
     /// Waits until all expected listeners have connected, at most for this long: a client
@@ -338,4 +359,30 @@ pub(crate) fn token(stream: u32, port: u16) -> [u8; 24] {
     token[4..6].copy_from_slice(&port.to_le_bytes());
     token[6] = 1;
     token
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_listener_that_connects_late_receives_the_newest_message() {
+        let streams = Arc::new(Streams::default());
+        streams.expect(7);
+        streams.await_expected(Duration::ZERO);
+        for content in [1, 2] {
+            assert!(streams.has_room(7, 5));
+            streams.publish(7, Arc::new(vec![1, 0, 0, 0, content]));
+        }
+        assert!(!streams.has_room(8, 5), "nobody has requested this stream");
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        streams.serve(listener).unwrap();
+        let mut client = TcpStream::connect(address).unwrap();
+        client.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        client.write_all(&7u32.to_le_bytes()).unwrap();
+        let mut received = [0; 5];
+        client.read_exact(&mut received).unwrap();
+        assert_eq!(received, [1, 0, 0, 0, 2]);
+    }
 }
