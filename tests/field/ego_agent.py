@@ -14,11 +14,11 @@ BEYOND_TURN_M = 100.0
 
 
 class EgoAgent(AutonomousAgent):
-    """Drives the vehicle whose role is hero. At the first junction it turns as its configuration says, `left`
-    or `right`; at others, and without a configuration, its planner chooses at random."""
+    """Drives the vehicle whose role is hero. At the first junction it goes as its configuration says, `left`,
+    `straight` or `right`; at others, and without a configuration, its planner chooses at random."""
 
     def setup(self, path_to_conf_file):
-        self.turn = {"left": -1, "right": 1}.get(path_to_conf_file)
+        self.turn = {"left": -1, "straight": 0, "right": 1}.get(path_to_conf_file)
         self.driver = self.vehicle = None
 
     def sensors(self):

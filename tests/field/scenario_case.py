@@ -26,14 +26,15 @@ def main():
     xosc, osc = name.endswith(".xosc"), name.endswith(".osc")
     # An ego vehicle with a controller of its own needs no agent.
     driven = not osc and (not xosc or "external_control" in open(name, encoding="utf-8").read())
-    turn = re.search(r"(Left|Right)Turn_|VehicleTurning(Left|Right)_", name)
+    turn = re.search(r"(?i)turning(left|right)_|(left|right)turn_|(NoSignalJunction|RunningRedLight)", name)
+    way = next((part.lower() for part in turn.groups()[:2] if part), "straight") if turn else ""
     options = argparse.Namespace(
         host="127.0.0.1", port=port, timeout="60.0", trafficManagerPort="8000",
         trafficManagerSeed="0", sync=True, list=False, frameRate=20.0,
         scenario=None if xosc or osc else name, openscenario=name if xosc else None,
         openscenarioparams=None, openscenario2=name if osc else None, route=None, route_id="",
         agent=os.path.join(HERE, "ego_agent.py") if driven else None,
-        agentConfig=(turn.group(1) or turn.group(2)).lower() if turn else "",
+        agentConfig=way,
         output=True, file=False, junit=False, json=True, outputDir=out, configFile="",
         additionalScenario="", debug=False, reloadWorld=True, record="", randomize=False,
         repetitions=1, waitForEgo=False)

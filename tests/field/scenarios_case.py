@@ -17,8 +17,8 @@ from kit import carla
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 LIMIT_S = 400
-# They have no end: FreeRide runs until it is interrupted, ChangingWeather until 10 000 000 s.
-ENDLESS = ("FreeRide", "ChangingWeather.xosc")
+# FreeRide runs until it is interrupted, ChangingWeather until 10 000 000 s, LaneOffsetActionExample over 10 km.
+ENDLESS = ("FreeRide", "ChangingWeather.xosc", "LaneOffsetActionExample.xosc")
 
 
 def town_of(path):
