@@ -21,6 +21,8 @@ def main():
     sys.path[:0] = [folder, HERE]
     os.environ["SCENARIO_RUNNER_ROOT"] = folder
     os.chdir(folder)
+    # The file of results of an OpenSCENARIO 2 scenario has the path of the scenario within `out`.
+    os.makedirs(os.path.join(out, os.path.dirname(name)), exist_ok=True)
     random.seed(0)
     import scenario_runner as runner
     xosc, osc = name.endswith(".xosc"), name.endswith(".osc")
