@@ -9,7 +9,8 @@ impl Shell {
     pub(crate) fn restart_stalled(&mut self, mask: u64) -> bool {
         let slots: Vec<usize> = self.roles.keys().copied().collect();
         let stalled = slots.into_iter().filter(|slot| mask & (1 << slot) != 0);
-        stalled.fold(false, |any, slot| self.kill_stalled(slot) || any)
+        let killed: Vec<bool> = stalled.map(|slot| self.kill_stalled(slot)).collect();
+        killed.contains(&true)
     }
 
     fn kill_stalled(&mut self, slot: usize) -> bool {
