@@ -408,22 +408,23 @@ impl<'a> LockedBridge<'a> {
         self.episode.standing.hidden.set_layers(hidden_layers, true);
     }
 
-    /// Waits until every stage has built this world, and takes its first snapshot in.
+    /// Takes the first snapshot of this world in, and waits until every stage has built it.
     fn await_world(&mut self, number: u32) -> Result<(), ClientError> {
-        let first = self.client.current_tick();
-        match self.unlocked(|| first.wait()) {
-            Ok(_) | Err(ClientError::Incomplete { .. }) => {}
-            Err(e) => return Err(e),
-        }
         loop {
             self.load_map();
             self.client.refresh()?;
             if self.client.world().header().stamp.episode >= number {
-                return Ok(());
+                break;
             }
             let (watch, last) = (self.client.watch(), self.client.frame());
             let ended = |_| ClientError::HostEnded { last };
             self.unlocked(|| watch.next_frame(last, None)).map_err(ended)?;
+        }
+        // The host answers before it begins the frame, so this is asked for after the snapshot.
+        let first = self.client.current_tick();
+        match self.unlocked(|| first.wait()) {
+            Ok(_) | Err(ClientError::Incomplete { .. }) => Ok(()),
+            Err(e) => Err(e),
         }
     }
 }
