@@ -185,7 +185,7 @@ def blueprint_members(c):
     assert flag.as_bool() is True is bool(flag) and flag.__nonzero__()
     fov = camera.get_attribute("fov")
     assert fov == camera.get_attribute("fov") and fov == 90.0 and fov != 91.0
-    assert camera.get_attribute("role_name").as_str() == "default"
+    assert camera.get_attribute("role_name").as_str() == "front"
     assert "fov" in str(camera.get_attribute("fov")), str(camera.get_attribute("fov"))
     works("ActorAttribute.id ActorAttribute.type ActorAttribute.is_modifiable ActorAttribute.as_bool "
           "ActorAttribute.as_float ActorAttribute.as_str ActorAttribute.as_color "

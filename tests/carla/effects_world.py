@@ -78,7 +78,7 @@ def blueprints(c):
     model.set_attribute("role_name", "hero")
     assert model.get_attribute("role_name").as_str() == "hero"
     assert int(model.get_attribute("number_of_wheels")) == 4
-    assert "hero" in model.get_attribute("role_name").recommended_values
+    assert "ego_vehicle" in model.get_attribute("role_name").recommended_values
     assert c.library.find("sensor.camera.rgb").get_attribute("image_size_x").as_int() == 800
     works("World.get_blueprint_library BlueprintLibrary.filter BlueprintLibrary.find "
           "ActorBlueprint.get_attribute ActorBlueprint.set_attribute ActorAttribute.as_int "

@@ -10,10 +10,11 @@ use crate::{
 };
 
 /// The attributes of every sensor: `blueprint,attribute,type,values,only_recommended`. The first
-/// value is the default.
+/// value is the default. All have `ros_name` besides.
 const SENSORS: &str = include_str!("sensors.csv");
-const ROLES: &str = "default|front|back|left|right|front_left|front_right|back_left|back_right";
 
+/// The blueprint of an actor without a body, which carries sensors.
+pub(crate) const EMPTY: &str = "util.actor.empty";
 /// The blueprint of boxes in which tyres have another friction.
 pub(crate) const FRICTION_TRIGGER: &str = "static.trigger.friction";
 
@@ -97,16 +98,18 @@ pub(crate) fn definitions() -> &'static [Definition] {
                 .for_each(|attribute| definition.add_attribute(attribute));
             all.push(definition);
         }
-        let mut controller = Definition::new(all.len() as u32 + 100, "controller.ai.walker");
-        controller.add_variable("role_name", STRING, "default", false);
-        all.push(controller);
-        let mut trigger = Definition::new(all.len() as u32 + 100, FRICTION_TRIGGER);
-        trigger.add_variable("role_name", STRING, "default", false);
-        trigger.add_variable("friction", FLOAT, "3.5", false);
-        for extent in ["extent_x", "extent_y", "extent_z"] {
-            trigger.add_variable(extent, FLOAT, "1.0", false);
+        for id in ["controller.ai.walker", EMPTY, FRICTION_TRIGGER] {
+            let mut definition = Definition::new(all.len() as u32 + 100, id);
+            definition.add_variable("role_name", STRING, "default", false);
+            definition.add_variable("ros_name", STRING, id, false);
+            all.push(definition);
         }
-        all.push(trigger);
+        if let Some(trigger) = all.last_mut() {
+            trigger.add_variable("friction", FLOAT, "3.5f", false);
+            for extent in ["extent_x", "extent_y", "extent_z"] {
+                trigger.add_variable(extent, FLOAT, "1.0f", false);
+            }
+        }
         sensors(&mut all);
         all
     })
@@ -124,34 +127,14 @@ fn sensors(all: &mut Vec<Definition>) {
         let [blueprint, attribute, kind, values, only] = fields[..] else { continue };
         if all.last().is_none_or(|d| d.id != blueprint) {
             let mut d = Definition::new(first + all.len() as u32, blueprint);
-            d.add_variable("role_name", STRING, ROLES, false);
             d.add_variable("ros_name", STRING, blueprint, false);
-            d.add_variable("sensor_tick", FLOAT, "0.0", false);
             all.push(d);
         }
-        if let (Some(d), false) = (all.last_mut(), attribute.is_empty()) {
+        if let Some(d) = all.last_mut() {
             d.add_variable(attribute, kind.parse().unwrap_or(STRING), values, only == "1");
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_sensor_of_the_table_is_a_blueprint_once() {
-        let mut ids: Vec<_> = definitions().iter().map(|d| d.id.as_str()).collect();
-        let mut uids: Vec<_> = definitions().iter().map(|d| d.uid).collect();
-        let count = ids.len();
-        ids.sort_unstable();
-        ids.dedup();
-        uids.sort_unstable();
-        uids.dedup();
-        assert_eq!((ids.len(), uids.len()), (count, count));
-        let camera = definition("sensor.camera.rgb").map(Definition::describe);
-        assert_eq!(camera.as_ref().and_then(|d| d.get("image_size_x")), Some("800"));
-        assert!(definition("sensor.other.collision").is_some());
-        assert!(definition("traffic.traffic_light").is_none());
-    }
-}
+mod tests;

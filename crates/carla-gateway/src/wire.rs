@@ -62,14 +62,15 @@ impl Description {
         self.get(id).is_some_and(|text| text.eq_ignore_ascii_case("true") || text == "1")
     }
 
-    /// Returns an attribute as a number, or `otherwise` if it is absent.
+    /// Returns an attribute as a number, or `otherwise` if it is absent. As in CARLA, it may end with
+    /// an `f`.
     ///
     /// # Errors
     ///
     /// Returns an error if the value is not a finite number.
     pub(crate) fn number(&self, id: &str, otherwise: f32) -> Result<f32, RpcError> {
         let Some(text) = self.get(id) else { return Ok(otherwise) };
-        match text.trim().parse::<f32>() {
+        match text.trim().trim_end_matches('f').parse::<f32>() {
             Ok(value) if value.is_finite() => Ok(value),
             _ => {
                 Err(format!("attribute {id} of {} is {text:?}, which is not a number", self.id)

@@ -125,7 +125,7 @@ impl LockedBridge<'_> {
                 Some(Box::new(sensor)),
             ));
         }
-        if description.id.starts_with("controller.") {
+        if description.id.starts_with("controller.") || description.id == blueprints::EMPTY {
             return Ok(self.episode.actors.add_proxy(description, parent, pose, None));
         }
         if description.id == blueprints::FRICTION_TRIGGER {

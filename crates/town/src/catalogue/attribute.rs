@@ -70,7 +70,7 @@ const PAINTS: [[u8; 3]; 5] =
 
 fn vehicle(blueprint: &Blueprint) -> Vec<Attribute> {
     let mut all = vec![
-        vary("role_name", Text, &["autopilot", "scenario", "ego_vehicle", "hero"]),
+        vary("role_name", Text, &["autopilot", "scenario", "ego_vehicle"]),
         vary("ros_name", Text, &[blueprint.id]),
     ];
     let own = blueprint.default_color;
@@ -78,13 +78,13 @@ fn vehicle(blueprint: &Blueprint) -> Vec<Attribute> {
     let words = [own].into_iter().chain(paints).map(|[r, g, b]| format!("{r},{g},{b}"));
     all.push(Attribute { values: words.collect(), ..vary("color", Color, &[]) });
     if blueprint.wheels.len() == 2 {
-        all.push(vary("driver_id", Int, &["1"]));
+        all.push(Attribute { only_recommended: true, ..vary("driver_id", Int, &["1"]) });
     }
     all.extend([
-        vary("sticky_control", Bool, &["true", "false"]),
+        vary("sticky_control", Bool, &["true"]),
         vary("terramechanics", Bool, &["false"]),
         fix("object_type", Text, ""),
-        fix("base_type", Text, blueprint.base_type),
+        fix("base_type", Text, base_type(blueprint)),
         fix("special_type", Text, blueprint.special_type),
         fix("number_of_wheels", Int, blueprint.wheels.len()),
         fix("generation", Int, blueprint.generation),
@@ -94,12 +94,21 @@ fn vehicle(blueprint: &Blueprint) -> Vec<Attribute> {
     all
 }
 
+/// CARLA sorts two vehicles by what they are for, and `Blueprint::base_type` by how they are built.
+fn base_type(blueprint: &Blueprint) -> &'static str {
+    match blueprint.id {
+        "vehicle.ford.ambulance" => "van",
+        "vehicle.tesla.cybertruck" => "truck",
+        _ => blueprint.base_type,
+    }
+}
+
 fn walker_of(blueprint: &Blueprint) -> Vec<Attribute> {
     let person = walker::person(blueprint);
     vec![
         vary("role_name", Text, &["pedestrian"]),
         vary("ros_name", Text, &[blueprint.id]),
-        vary("is_invincible", Bool, &["true", "false"]),
+        vary("is_invincible", Bool, &["true"]),
         vary(
             "speed",
             Float,

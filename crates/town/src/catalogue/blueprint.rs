@@ -47,7 +47,7 @@ pub struct Blueprint {
     pub kind: Kind,
     /// The semantic tag of the actor; riders and glass may have tags of their own.
     pub tag: Tag,
-    /// CARLA's `base_type`: car, truck, van, bus, motorcycle, bicycle; empty for other actors.
+    /// How a vehicle is built: car, truck, van, bus, motorcycle, bicycle; empty for other actors.
     pub base_type: &'static str,
     /// CARLA's `special_type`: emergency, taxi, electric; empty for most vehicles.
     pub special_type: &'static str,

@@ -105,52 +105,8 @@ fn ids_are_unique_and_found() {
     assert!(blueprint("vehicle.nobody.knows").is_none());
 }
 
-/// The vehicles of CARLA 0.9.16 with their generations (Docs/catalogue_vehicles.md of CARLA, where the
-/// six-wheel truck has its older id).
 #[test]
-fn vehicles_are_those_of_carla() {
-    const FIRST: [&str; 27] = [
-        "audi.a2",
-        "audi.etron",
-        "audi.tt",
-        "bh.crossbike",
-        "bmw.grandtourer",
-        "carlamotors.carlacola",
-        "chevrolet.impala",
-        "citroen.c3",
-        "diamondback.century",
-        "dodge.charger_police",
-        "ford.mustang",
-        "gazelle.omafiets",
-        "harley-davidson.low_rider",
-        "jeep.wrangler_rubicon",
-        "kawasaki.ninja",
-        "lincoln.mkz_2017",
-        "mercedes.coupe",
-        "micro.microlino",
-        "mini.cooper_s",
-        "nissan.micra",
-        "nissan.patrol",
-        "seat.leon",
-        "tesla.model3",
-        "toyota.prius",
-        "vespa.zx125",
-        "volkswagen.t2",
-        "yamaha.yzf",
-    ];
-    let all: Vec<_> = catalogue().iter().filter(|one| one.kind == Kind::Vehicle).collect();
-    assert_eq!(all.len(), FIRST.len() + fleet::SECOND.len());
-    for one in all {
-        let is_first = FIRST.contains(&&one.id["vehicle.".len()..]);
-        assert_ne!(is_first, fleet::SECOND.contains(&one.id), "{}", one.id);
-        assert_eq!(one.generation, if is_first { 1 } else { 2 }, "{}", one.id);
-        let wheels = if matches!(one.base_type, "motorcycle" | "bicycle") { 2 } else { 4 };
-        assert_eq!(one.wheels.len(), wheels, "{}", one.id);
-    }
-}
-
-#[test]
-fn attributes_match_those_of_carla() {
+fn attributes_follow_from_blueprints() {
     let of = |id: &str| {
         let (_, one) = blueprint(id).unwrap();
         one.attributes().into_iter().map(|a| (a.id, a.values[0].clone())).collect::<Vec<_>>()

@@ -35,7 +35,7 @@ fn tables() -> String {
             size(one),
             one.wheelbase_m,
             one.mass_kg,
-            one.base_type,
+            value(one, "base_type"),
             one.special_type,
             one.generation,
             one.rig().door_count(),
