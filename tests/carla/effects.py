@@ -10,6 +10,7 @@ import sys
 import effects_kit
 import effects_actors
 import effects_commands
+import effects_cosmos
 import effects_events
 import effects_lights
 import effects_map
@@ -114,6 +115,8 @@ CHECKS = [
     effects_rest.states_of_lights,
     effects_rest.walkers_by_themselves,
     effects_rest.traffic_actions,
+    effects_cosmos.cosmos_visualization,
+    effects_cosmos.empty_actors,
     effects_world.episodes,
     effects_map.every_lane_and_sign,
 ]

@@ -11,7 +11,7 @@ ROWS = {}
 LISTED = members.in_list()
 USES = members.Uses()
 # Rows of blueprints and of attributes that have no member in the package.
-BLUEPRINTS = ("sensor.", "static.", "vehicle.", "walker.", "sensor_tick", "sticky_control")
+BLUEPRINTS = ("sensor.", "static.", "util.", "vehicle.", "walker.", "sensor_tick", "sticky_control")
 
 
 def check(function):

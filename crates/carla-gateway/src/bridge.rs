@@ -188,7 +188,8 @@ impl Bridge {
 
     /// Takes one measurement from each sensor bundle and sends those of the host.
     pub(crate) fn publish_measured(&mut self) -> Measured {
-        self.publisher.measurements(&self.client, &mut self.episode, &self.streams)
+        let Bridge { publisher, client, episode, statics, streams, .. } = self;
+        publisher.measurements(client, episode, statics, streams)
     }
 
     /// Returns whether there are sensor bundles to be received from.

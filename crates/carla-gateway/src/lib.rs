@@ -14,6 +14,7 @@ mod blueprints;
 mod bridge;
 mod calls;
 pub mod carla_log;
+mod cosmos;
 mod friction;
 mod motion;
 pub mod msgpack;

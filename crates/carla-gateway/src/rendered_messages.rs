@@ -7,15 +7,17 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use client_lib::{ActorId, EventCamera, Measurement, World};
+use client_lib::{ActorId, Client, EventCamera, Measurement};
 use glam::Vec3;
 use mesh::RandomStream;
 
 use crate::{
     args::RpcError,
+    cosmos::{self, Canvas, Stroke},
     pixels::{OPAQUE, bgra, pixels},
     sensor::Sensor,
     sensor_kind::Kind,
+    statics::Statics,
     stream::{Message, Streams},
     textures,
     wire::{Bytes, Description, message},
@@ -35,6 +37,14 @@ pub(crate) struct Rendered {
     textures: Vec<(u32, u32)>,
     events: Option<Arc<Mutex<EventCamera>>>,
     radar: Option<RadarScan>,
+    lines: Option<Lines>,
+}
+
+/// The lines that a Cosmos visualization shows.
+struct Lines {
+    /// Those of the map.
+    of: Arc<Statics>,
+    boxes: Vec<Stroke>,
 }
 
 /// What the detections of a radar depend on besides the measurement.
@@ -53,15 +63,21 @@ impl Rendered {
     pub(crate) fn new(
         sensor: &Sensor,
         measured: Measurement,
-        world: &World,
+        client: &Client,
+        statics: &Arc<Statics>,
     ) -> Result<Rendered, RpcError> {
         let radar = if sensor.kind == Kind::Radar {
-            let velocities = world.states().iter().map(|a| (a.actor_id, a.velocity())).collect();
+            let states = client.world().states();
+            let velocities = states.iter().map(|a| (a.actor_id, a.velocity())).collect();
             let (fov_rad, points) = (sensor.radar_fov_rad()?, sensor.radar_points()?);
             Some(RadarScan { fov_rad, points, velocities })
         } else {
             None
         };
+        let lines = (sensor.kind == Kind::Cosmos).then(|| Lines {
+            of: Arc::clone(statics),
+            boxes: cosmos::of_actors(client.world(), client.blueprints()),
+        });
         Ok(Rendered {
             measured,
             kind: sensor.kind,
@@ -70,6 +86,7 @@ impl Rendered {
             textures: sensor.textures.iter().map(|(texture, stream)| (*texture, *stream)).collect(),
             events: sensor.events.clone(),
             radar,
+            lines,
         })
     }
 
@@ -125,6 +142,13 @@ impl Rendered {
                 pixels(image(), both, |(tag, id)| {
                     OPAQUE | u32::from(*tag) << 16 | (id & 0xff) << 8 | (id >> 8 & 0xff)
                 })
+            }
+            Kind::Cosmos => {
+                let lines = self.lines.as_ref()?;
+                let fov_deg = self.description.number("fov", 90.0).unwrap_or(90.0);
+                let mut canvas = Canvas::new([width, height], fov_deg, &plane.world_from_sensor);
+                lines.of.strokes().iter().chain(&lines.boxes).for_each(|line| canvas.draw(line));
+                pixels(image(), canvas.pixels.iter(), |word| *word)
             }
             Kind::Normals => {
                 pixels(image(), measured.normals(0)?.iter(), |normal| normal_pixel(*normal))

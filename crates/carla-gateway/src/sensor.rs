@@ -127,7 +127,8 @@ impl Sensor {
             | Kind::Instance
             | Kind::Normals
             | Kind::Flow
-            | Kind::Events => camera(
+            | Kind::Events
+            | Kind::Cosmos => camera(
                 "camera",
                 parent_from_sensor,
                 number("image_size_x", 800.0)? as u32,

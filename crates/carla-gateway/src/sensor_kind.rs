@@ -12,6 +12,7 @@ pub(crate) enum Kind {
     Normals,
     Flow,
     Events,
+    Cosmos,
     Lidar,
     SemanticLidar,
     Radar,
@@ -35,6 +36,7 @@ impl Kind {
             "sensor.camera.normals" => Kind::Normals,
             "sensor.camera.optical_flow" => Kind::Flow,
             "sensor.camera.dvs" => Kind::Events,
+            "sensor.camera.cosmos_visualization" => Kind::Cosmos,
             "sensor.lidar.ray_cast" => Kind::Lidar,
             "sensor.lidar.ray_cast_semantic" => Kind::SemanticLidar,
             "sensor.other.radar" => Kind::Radar,
@@ -67,6 +69,7 @@ impl Kind {
             Kind::Rgb => 13,
             Kind::Semantic => 14,
             Kind::Instance => 15,
+            Kind::Cosmos => 16,
             Kind::V2x => 20,
             Kind::V2xCustom => 21,
         }
@@ -79,7 +82,8 @@ impl Kind {
             Kind::Normals => output::NORMAL,
             Kind::Flow => output::FLOW,
             Kind::Depth => output::DEPTH,
-            Kind::Semantic => output::TAG,
+            // Of the image, only its frame and pose are used.
+            Kind::Semantic | Kind::Cosmos => output::TAG,
             Kind::Instance => output::TAG | output::INSTANCE,
             Kind::Lidar => output::POINTS,
             Kind::SemanticLidar | Kind::Radar => output::POINTS | output::LABELS,

@@ -8,7 +8,10 @@ use glam::Vec3;
 use road::Network;
 use town::Town;
 
-use crate::navigation;
+use crate::{
+    cosmos::{self, Stroke},
+    navigation,
+};
 
 /// The map and the town of an episode.
 pub(crate) struct Statics {
@@ -20,6 +23,8 @@ pub(crate) struct Statics {
     /// The triangles of the town, sorted for ray casts.
     grid: OnceLock<RayGrid>,
     navigation: OnceLock<Option<NavigationFile>>,
+    /// The lines of the Cosmos visualization.
+    strokes: OnceLock<Vec<Stroke>>,
 }
 
 /// The navigation mesh of pedestrians, as a file.
@@ -31,8 +36,15 @@ pub(crate) struct NavigationFile {
 
 impl Statics {
     pub(crate) fn new(episode: Episode, network: Arc<Network>) -> Statics {
-        let (town, grid, navigation) = (OnceLock::new(), OnceLock::new(), OnceLock::new());
-        Statics { episode, network, repaired: OnceLock::new(), town, grid, navigation }
+        Statics {
+            episode,
+            network,
+            repaired: OnceLock::new(),
+            town: OnceLock::new(),
+            grid: OnceLock::new(),
+            navigation: OnceLock::new(),
+            strokes: OnceLock::new(),
+        }
     }
 
     /// Reads the map of the episode that the host has begun, and returns the number of the episode.
@@ -91,6 +103,11 @@ impl Statics {
             Some(NavigationFile { name, file })
         };
         self.navigation.get_or_init(make).as_ref()
+    }
+
+    /// Returns the lines of the map that the Cosmos visualization shows.
+    pub(crate) fn strokes(&self) -> &[Stroke] {
+        self.strokes.get_or_init(|| cosmos::of_map(&self.network, self.town()))
     }
 
     /// Starts a thread that computes what clients ask for first.

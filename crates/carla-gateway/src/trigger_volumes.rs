@@ -13,7 +13,7 @@ use crate::wire::Bounds;
 /// From the signal to the middle of the box. Metres.
 const BEFORE_SIGNAL_M: f64 = 3.0;
 /// Half the length of the box along the lane. Metres.
-const HALF_LENGTH_M: f32 = 1.5;
+pub(crate) const HALF_LENGTH_M: f32 = 1.5;
 /// From the edge of the box to that of the lane, so that no point of the box belongs to a lane beside
 /// it. Metres.
 const EDGE_M: f32 = 0.2;

@@ -1,6 +1,6 @@
 //! Sends snapshots and measurements to the listeners of streams.
 
-use std::time::Instant;
+use std::{sync::Arc, time::Instant};
 
 use client_lib::{
     Client, Measurement,
@@ -14,6 +14,7 @@ use crate::{
     proxy_actors::SPECTATOR,
     rendered_messages::Rendered,
     state::{Moment, StateMessage},
+    statics::Statics,
     stream::{Streams, WORLD},
 };
 
@@ -91,9 +92,9 @@ impl Publisher {
         &self,
         client: &Client,
         episode: &mut EpisodeState,
+        statics: &Arc<Statics>,
         to: &Streams,
     ) -> Measured {
-        let world = client.world();
         let (mut rendered, mut of_physics) = (Vec::new(), Vec::new());
         for (id, proxy) in &mut episode.actors.proxies {
             let Some(sensor) = &mut proxy.sensor else { continue };
@@ -110,7 +111,7 @@ impl Publisher {
                 of_physics.push((*id, measured));
                 continue;
             }
-            match Rendered::new(sensor, measured, world) {
+            match Rendered::new(sensor, measured, client, statics) {
                 Ok(one) => rendered.push(one),
                 Err(RpcError(why)) => log::warn!("{} {}: {why}", self.frame, sensor.description.id),
             }
