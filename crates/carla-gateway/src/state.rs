@@ -2,10 +2,13 @@
 
 use client_lib::{
     Pose,
-    wire::{ActorState, flag, kind, light},
+    wire::{ActorState, flag, light},
 };
 
-use crate::wire::{Bytes, flip, flip_turn, message};
+use crate::{
+    motion::WalkerControl,
+    wire::{Bytes, flip, flip_turn, message},
+};
 
 /// The type of the message; a client reads a message of an unknown type as an image.
 const TYPE: u64 = 17;
@@ -68,15 +71,23 @@ impl StateMessage {
         self.bytes.put([0; ACTOR - UNION - 32]);
     }
 
-    /// Appends an actor of the bus that is neither a vehicle nor a traffic light.
+    /// Appends an actor of the bus without state of its own.
     pub(crate) fn actor(&mut self, actor: &ActorState) {
         self.moving(actor);
-        match actor.kind {
-            kind::WALKER => self.walker(actor),
-            _ => {
-                self.bytes.put([0; ACTOR - UNION]);
-            }
-        }
+        self.bytes.put([0; ACTOR - UNION]);
+    }
+
+    /// Appends a walker with the control that a client has applied; without one, with its motion.
+    pub(crate) fn walker(&mut self, actor: &ActorState, control: Option<&WalkerControl>) {
+        self.moving(actor);
+        let measured = || {
+            let velocity = actor.velocity();
+            let direction = velocity.normalize_or_zero();
+            WalkerControl { direction, speed_mps: velocity.length(), jumps: false }
+        };
+        let control = control.copied().unwrap_or_else(measured);
+        self.bytes.vector(flip(control.direction.to_array())).f32(control.speed_mps);
+        self.bytes.put([control.jumps.into()]).put([0; ACTOR - UNION - 17]);
     }
 
     /// Appends a traffic light.
@@ -105,13 +116,6 @@ impl StateMessage {
         let (id, phase) = road_context.light.unwrap_or((0, light::GREEN));
         self.bytes.put([light_state(phase), road_context.light.is_some().into()]).u32(id);
         self.bytes.put([failure]).put([0; ACTOR - UNION - 30]);
-    }
-
-    fn walker(&mut self, actor: &ActorState) {
-        let velocity = actor.velocity();
-        let direction = velocity.normalize_or_zero().to_array();
-        self.bytes.vector(flip(direction)).f32(velocity.length());
-        self.bytes.put([0; 1 + ACTOR - UNION - 17]);
     }
 
     fn sign(&mut self, id: &str) {
@@ -165,9 +169,8 @@ mod tests {
         state.fixture(1, &Pose::IDENTITY, [0.0; 3], long);
         state.light(&ActorState::default(), long, 0, &timing);
         state.vehicle(&ActorState::default(), RoadContext::default(), 1);
-        for kind in [kind::WALKER, kind::PROP] {
-            state.actor(&ActorState { kind, ..ActorState::default() });
-        }
+        state.walker(&ActorState::default(), None);
+        state.actor(&ActorState::default());
         let message = state.into_message();
         assert_eq!(message.len(), 4 + 48 + HEADER + 5 * ACTOR);
         assert_eq!(message[..4], ((message.len() - 4) as u32).to_le_bytes());

@@ -51,6 +51,9 @@ struct Light {
     held: Option<Hold>,
 }
 
+/// CARLA's state of a light that shows nothing of which it would know the meaning.
+pub(crate) const UNKNOWN: u32 = 4;
+
 /// A phase that a client has commanded. Snapshots show it from the next frame on.
 #[derive(Clone, Copy, Debug)]
 struct Hold {
@@ -114,6 +117,15 @@ impl TrafficLights {
             is_frozen: self.is_frozen,
         };
         (name, light.map_or(0, |l| l.pole), timing)
+    }
+
+    /// Returns the phase that clients see: a light that they have switched to the unknown state is off.
+    pub(crate) fn phase(&self, actor: &ActorState) -> u32 {
+        let held = self.by_actor.get(&actor.actor_id.0).and_then(|light| light.held);
+        match held {
+            Some(Hold { phase: UNKNOWN, .. }) if actor.phase == light::OFF => UNKNOWN,
+            _ => actor.phase,
+        }
     }
 
     /// Returns the lights of the same junction, including the light itself, by id.
@@ -204,6 +216,7 @@ impl TrafficLights {
 }
 
 fn hold(id: u32, phase: u32) -> Command {
+    let phase = if phase == UNKNOWN { light::OFF } else { phase };
     Command::SetTrafficLight(SetTrafficLight { actor_id: ActorId(id), hold: 1, phase })
 }
 

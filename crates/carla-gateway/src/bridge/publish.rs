@@ -3,7 +3,7 @@
 use std::{sync::Arc, time::Instant};
 
 use client_lib::{
-    Client, Measurement,
+    ActorId, Client, Measurement,
     wire::{ActorState, kind},
 };
 
@@ -43,6 +43,8 @@ impl Publisher {
         episode.spawned.expire(self.frame);
         let spawned = &episode.spawned;
         drop(episode.actors.remove_absent(world, |id| spawned.contains(id)));
+        let exists = |id| world.state(ActorId(id)).is_some() || spawned.contains(id);
+        episode.motions.keep_walkers(exists);
         episode.traffic_lights.follow(world);
         episode.road_contexts.follow(world);
         episode.rollovers.follow(world);
@@ -69,12 +71,16 @@ impl Publisher {
                 kind::TRAFFIC_LIGHT => {
                     let (sign, pole, timing) = episode.traffic_lights.of(actor, &moment);
                     let pose = episode.actors.light_pose(actor);
-                    state.light(&ActorState { pose, ..*actor }, sign, pole, &timing);
+                    let phase = episode.traffic_lights.phase(actor);
+                    state.light(&ActorState { pose, phase, ..*actor }, sign, pole, &timing);
                 }
                 kind::VEHICLE => {
                     let context = episode.road_contexts.of(actor, client.blueprints());
                     let failure = episode.rollovers.failure_of(actor, moment.sim_time_nanos);
                     state.vehicle(actor, context, failure);
+                }
+                kind::WALKER => {
+                    state.walker(actor, episode.motions.walker(actor.actor_id.0));
                 }
                 _ => state.actor(actor),
             }

@@ -10,6 +10,7 @@ use crate::{
     args::{Args, RpcError},
     bridge::Bridge,
     calls::{actors::unknown, call::Call},
+    motion::WalkerControl,
     proxy_actors::ProxyActors,
     shared_bridge::LockedBridge,
     wire::{flip_turn, location, transform as read_transform},
@@ -100,7 +101,10 @@ impl LockedBridge<'_> {
         let velocity = pose.rotation() * Vec3::X * speed_mps;
         let step = velocity * (self.client.wire_settings().delta_nanos as f32 * 1e-9);
         self.teleport(id, Pose::new(pose.position() - step, pose.rotation()))?;
-        self.set_velocity(id, velocity)
+        self.set_velocity(id, velocity)?;
+        let direction = pose.rotation() * Vec3::X;
+        self.episode.motions.walk(id, WalkerControl { direction, speed_mps, jumps: false });
+        Ok(())
     }
 
     /// Teleports an actor, which is at rest afterwards. The pose of a proxy is relative to its
@@ -113,15 +117,16 @@ impl LockedBridge<'_> {
             self.command(Command::Teleport(Teleport { actor_id: ActorId(id), pose }));
             return Ok(());
         }
-        let proxy = self.episode.actors.proxy_mut(id)?;
-        proxy.pose = pose;
-        // A bundle is created with the pose of its sensor; the former one is destroyed here.
-        let has_bundle = proxy.sensor.as_mut().and_then(|sensor| sensor.bundle.take()).is_some();
+        self.episode.actors.proxy_mut(id)?.pose = pose;
         self.episode.friction.place(id, pose);
-        if has_bundle {
-            self.create_bundle(id)?;
-        }
-        Ok(())
+        // A bundle is created with the pose of its sensor in the world; the former one is destroyed
+        // here.
+        let proxies = &mut self.episode.actors.proxies;
+        let moved = proxies.iter_mut().filter(|(one, proxy)| **one == id || proxy.parent == id);
+        let with_bundle: Vec<u32> = moved
+            .filter_map(|(one, proxy)| proxy.sensor.as_mut()?.bundle.take().map(|_| *one))
+            .collect();
+        with_bundle.into_iter().try_for_each(|one| self.create_bundle(one))
     }
 
     pub(crate) fn move_to(&mut self, id: u32, to: Vec3) -> Result<(), RpcError> {
@@ -161,12 +166,14 @@ impl LockedBridge<'_> {
         id: u32,
         control: &mut Args,
     ) -> Result<(), RpcError> {
-        let (direction, speed) = (location(control)?, control.f32()?);
-        let velocity = direction.normalize_or_zero() * speed;
+        let (direction, speed_mps) = (location(control)?, control.f32()?);
+        let jumps = control.bool()?;
+        let velocity = direction.normalize_or_zero() * speed_mps;
         if !self.exists(id) {
             return Err(unknown("apply_control_to_walker", id));
         }
-        if control.bool()? {
+        self.episode.motions.walk(id, WalkerControl { direction, speed_mps, jumps });
+        if jumps {
             self.command(Command::Jump(ActorId(id)));
         }
         self.command(Command::SetVelocity(SetVelocity {

@@ -3,7 +3,8 @@
 use client_lib::ActorId;
 
 use crate::{
-    args::RpcError, bridge::Bridge, calls::call::Call, shared_bridge::LockedBridge, wire::Bounds,
+    args::RpcError, bridge::Bridge, calls::call::Call, shared_bridge::LockedBridge,
+    traffic_lights::UNKNOWN, wire::Bounds,
 };
 
 /// Half the size of a light box. Metres.
@@ -93,9 +94,9 @@ fn reset(call: &mut Call, ids: &[u32]) {
 }
 
 impl LockedBridge<'_> {
-    /// Switches a light: 0 red, 1 yellow, 2 green, 3 off.
+    /// Switches a light: 0 red, 1 yellow, 2 green, 3 off, 4 unknown.
     pub(crate) fn set_traffic_light(&mut self, id: u32, state: u32) -> Result<(), RpcError> {
-        if state > 3 {
+        if state > UNKNOWN {
             return Err(format!("unknown traffic light state {state}").into());
         }
         let Bridge { episode, client, .. } = &mut **self;
