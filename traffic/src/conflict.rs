@@ -8,12 +8,13 @@
 use glam::{Vec2, Vec3};
 
 use crate::{
-    swept_path::{self, BUS_M, CAR_M, Station},
+    swept_path::{self, BUS_M, Station},
     tracks::{NONE, Tracks},
 };
 
-/// Clearance between two cars that pass each other, and if either is as large as a bus.
-const CLEARANCE_M: [f32; 2] = [0.3, 0.15];
+/// Clearance between two vehicles that pass each other, and between two buses.
+const CLEARANCE_M: f32 = 0.3;
+const BUSES_CLEARANCE_M: f32 = 0.15;
 /// Off-tracking below this counts as driving straight.
 const SWING_M: f32 = 0.2;
 /// Vehicles on tracks farther apart than this cannot touch.
@@ -46,24 +47,33 @@ pub(crate) struct Conflict {
     pub(crate) merge: bool,
     /// Conflict area of two cars, if there is one.
     cars: Option<Stretches>,
-    /// Conflict area if either vehicle is as large as a bus.
+    /// Conflict areas of a bus on this track and a car on the other, and of a car on this track and
+    /// a bus on the other.
+    mixed: [Option<Stretches>; 2],
+    /// Conflict area of two buses.
     wide: Stretches,
     /// Part of `wide` that lies inside the junction on both tracks.
     core: Option<Stretches>,
 }
 
 impl Conflict {
-    /// Returns the conflict area of two vehicles, of which one is wide if `wide`; `None` if they
-    /// can pass each other.
-    pub(crate) fn between(&self, wide: bool) -> Option<Stretches> {
-        if wide { Some(self.wide) } else { self.cars }
+    /// Returns the conflict area of two vehicles; `None` if they can pass each other. `wide` says
+    /// of the vehicle on this track and of the one on the other whether they are wide.
+    pub(crate) fn between(&self, wide: (bool, bool)) -> Option<Stretches> {
+        match wide {
+            (false, false) => self.cars,
+            (true, false) => self.mixed[0],
+            (false, true) => self.mixed[1],
+            (true, true) => Some(self.wide),
+        }
     }
 
     /// Returns the farthest arc length on this track at which a vehicle with its front at `front_m`
     /// can still stop before the other: where the stretch begins or, beyond that, where its part
     /// inside the junction begins.
-    pub(crate) fn last_stop(&self, wide: bool, front_m: f32) -> Option<f32> {
-        let stretches = [self.between(wide), if wide { self.core } else { None }];
+    pub(crate) fn last_stop(&self, wide: (bool, bool), front_m: f32) -> Option<f32> {
+        let core = if wide == (false, false) { None } else { self.core };
+        let stretches = [self.between(wide), core];
         stretches.into_iter().flatten().map(|s| s.own.0).find(|&enter_m| enter_m > front_m)
     }
 
@@ -73,6 +83,7 @@ impl Conflict {
             other,
             merge: self.merge,
             cars: self.cars.map(turn),
+            mixed: [self.mixed[1].map(turn), self.mixed[0].map(turn)],
             wide: turn(self.wide),
             core: self.core.map(turn),
         }
@@ -104,9 +115,10 @@ impl Conflicts {
                         continue;
                     }
                     let merge = shares(&ends[a].exits, &ends[b].exits);
-                    let [cars, wide, core] = overlap(&paths[a], &paths[b], merge);
+                    let [cars, bus_a, bus_b, wide, core] = overlap(&paths[a], &paths[b], merge);
                     let Some(wide) = wide else { continue };
-                    let conflict = Conflict { other: lanes[b], merge, cars, wide, core };
+                    let mixed = [bus_a, bus_b];
+                    let conflict = Conflict { other: lanes[b], merge, cars, mixed, wide, core };
                     found.push((lanes[a], conflict));
                     found.push((lanes[b], conflict.reversed(lanes[a])));
                 }
@@ -223,12 +235,12 @@ impl Path {
     }
 }
 
-/// Returns the stretches of two tracks on which vehicles touch: two cars, two buses, and two buses
-/// inside the junction. The stretches of buses begin before a track or end after it where a bus on
-/// the other track swings out of the junction.
-fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 3] {
+/// Returns the stretches of two tracks on which vehicles touch: two cars, a bus on `a` and a car, a
+/// bus on `b` and a car, two buses, and two buses inside the junction. The stretches of buses begin
+/// before a track or end after it where a bus on the other track swings out of the junction.
+fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 5] {
     let none = (f32::INFINITY, f32::NEG_INFINITY);
-    let mut found = [(none, none); 3];
+    let mut found = [(none, none); 5];
     for at_a in &a.stations {
         let a_inside = a.holds(at_a);
         for at_b in &b.stations {
@@ -245,18 +257,18 @@ fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 3] {
             if outside && (merge || (at_a.arc_m < 0.0 && at_b.arc_m < 0.0)) {
                 continue;
             }
-            let pairs = [(at_a.car, at_b.car, CAR_M), (at_a.bus, at_b.bus, BUS_M)];
-            for (kind, (reach_a, reach_b, half_m)) in pairs.into_iter().enumerate() {
-                let reach_a = reach_a.towards(at_a.tangent, flat);
-                let reach_b = reach_b.towards(at_b.tangent, -flat);
-                let reach = reach_a + reach_b + CLEARANCE_M[kind];
-                let swings = kind == 1 && reach_a.max(reach_b) > half_m + SWING_M;
-                let within = inside == [true; 2];
+            let within = inside == [true; 2];
+            let reach_a = [at_a.car, at_a.bus].map(|reach| reach.towards(at_a.tangent, flat));
+            let reach_b = [at_b.car, at_b.bus].map(|reach| reach.towards(at_b.tangent, -flat));
+            for (kind, (bus_a, bus_b)) in [(0, 0), (1, 0), (0, 1), (1, 1)].into_iter().enumerate() {
+                let clearance_m = if kind == 3 { BUSES_CLEARANCE_M } else { CLEARANCE_M };
+                let reach = reach_a[bus_a] + reach_b[bus_b] + clearance_m;
+                let swings = |bus: usize, reach: f32| bus == 1 && reach > BUS_M + SWING_M;
+                let swings = swings(bus_a, reach_a[1]) || swings(bus_b, reach_b[1]);
                 if square >= reach * reach || !(within || swings) {
                     continue;
                 }
-                // Cars; buses; buses where both tracks are in the junction.
-                let kinds = if kind == 1 && within { 1..3 } else { kind..kind + 1 };
+                let kinds = if kind == 3 && within { 3..5 } else { kind..kind + 1 };
                 for (on_a, on_b) in &mut found[kinds] {
                     *on_a = (on_a.0.min(at_a.arc_m), on_a.1.max(at_a.arc_m));
                     *on_b = (on_b.0.min(at_b.arc_m), on_b.1.max(at_b.arc_m));
@@ -292,26 +304,50 @@ mod tests {
     use super::*;
     use crate::tests::maps;
 
-    /// Returns the lanes of zones, and whether cars and buses conflict in them.
-    fn zones(network: &road::Network) -> (usize, bool, bool) {
+    /// Returns the number of lanes of zones, and whether in them conflict: two cars, a bus and a
+    /// car, two buses.
+    fn zones(network: &road::Network) -> (usize, [bool; 3]) {
         let tracks = Tracks::new(network);
         let conflicts = Conflicts::new(&tracks);
         let lanes: Vec<u32> =
             (0..tracks.count() as u32).filter(|&lane| tracks.in_zone(lane)).collect();
-        let any = |wide: bool| {
+        let any = |wide: (bool, bool)| {
             let all = lanes.iter().flat_map(|&lane| conflicts.of(lane));
             all.into_iter().any(|conflict| conflict.between(wide).is_some())
         };
-        (lanes.len(), any(false), any(true))
+        assert_eq!(any((true, false)), any((false, true)), "seen from both lanes");
+        (lanes.len(), [any((false, false)), any((true, false)), any((true, true))])
     }
 
     #[test]
     fn buses_and_oncoming_traffic_take_turns_in_a_narrow_bend() {
-        let (lanes, cars, buses) = zones(&maps::two_way_loop(8.0, 60.0));
-        assert_eq!((lanes, buses), (8, true), "two lanes in each of four bends");
-        assert!(!cars, "cars pass each other");
+        let bend = |radius_m: f64| zones(&maps::two_way_loop(radius_m, 60.0));
+        let (lanes, conflicts) = bend(8.0);
+        assert_eq!(lanes, 8, "two lanes in each of four bends");
+        assert_eq!(conflicts, [false, true, true], "cars pass each other");
         // Wide bends, and those without oncoming traffic, need no order.
-        assert_eq!(zones(&maps::two_way_loop(30.0, 60.0)).0, 0);
+        assert_eq!(bend(30.0).0, 0);
         assert_eq!(zones(&maps::loop_road(8.0, 60.0)).0, 0);
+    }
+    #[test]
+    fn a_bus_passes_an_oncoming_car_where_it_cannot_pass_a_bus() {
+        let opposite = |network: &road::Network| -> Vec<Conflict> {
+            let tracks = Tracks::new(network);
+            let conflicts = Conflicts::new(&tracks);
+            let heading = |lane: u32| tracks.at(lane, 0.0).1;
+            (0..tracks.count() as u32)
+                .flat_map(|lane| conflicts.of(lane).iter().map(move |c| (lane, *c)))
+                .filter(|(lane, c)| heading(*lane).dot(heading(c.other)) < -0.9)
+                .map(|(_, conflict)| conflict)
+                .collect()
+        };
+        let narrow = opposite(&maps::narrow_crossing());
+        assert_eq!(narrow.len(), 4, "two pairs of lanes, seen from each of them");
+        for conflict in narrow {
+            assert!(conflict.between((true, true)).is_some());
+            assert_eq!(conflict.between((true, false)), None);
+            assert_eq!(conflict.between((false, true)), None);
+        }
+        assert_eq!(opposite(&maps::crossing()), [], "two buses pass each other");
     }
 }

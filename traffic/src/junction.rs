@@ -11,6 +11,7 @@
 
 mod deadlock;
 mod exit_cycles;
+mod exit_room;
 mod gap_acceptance;
 mod presence;
 mod requests;

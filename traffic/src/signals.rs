@@ -275,7 +275,9 @@ fn are_compatible(
         conflicts.of(lane).iter().all(|conflict| {
             let permitted =
                 facing < 0.0 && (turn_draws || turn_rad(tracks, conflict.other) > LEFT_TURN_RAD);
-            permitted || conflict.between(false).is_none() || !b.lanes.contains(&conflict.other)
+            permitted
+                || conflict.between((false, false)).is_none()
+                || !b.lanes.contains(&conflict.other)
         })
     })
 }

@@ -6,7 +6,7 @@ use glam::{Vec2, Vec3};
 use crate::{body::Body, tracks::Tracks};
 
 /// Half the width of a car.
-pub(crate) const CAR_M: f32 = 1.05;
+const CAR_M: f32 = 1.05;
 /// Half the width of a bus.
 pub(crate) const BUS_M: f32 = 1.45;
 

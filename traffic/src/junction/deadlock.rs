@@ -6,7 +6,7 @@
 //! of the cycle, first in its lane, then goes before all of these: one without a reservation if
 //! none of them is in its way yet, or a holder whose way is free.
 
-use super::gap_acceptance::{Blocked, is_wide};
+use super::gap_acceptance::{Blocked, are_wide};
 use super::reservation::move_forward;
 use super::state::{Junctions, Request, View, present, reserved_lanes};
 use super::wait_graph::{BEHIND_M, WaitGraph};
@@ -140,7 +140,7 @@ impl Junctions {
                     {
                         continue;
                     }
-                    let wide = is_wide(view, own, holder.agent);
+                    let wide = are_wide(view, own, holder.agent);
                     let Some(area) = conflict.between(wide) else { continue };
                     let body = view.agents.body[holder.agent as usize];
                     let has_passed = -holder.start_m > area.other.1 + body.length_m();

@@ -1,8 +1,6 @@
 //! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
-use super::state::{
-    BRAKE_MPS2, Junctions, Request, STANDING_GAP_M, View, present, request_lanes, reserved_lanes,
-};
+use super::state::{BRAKE_MPS2, Junctions, Request, View, present, request_lanes, reserved_lanes};
 use crate::{
     approach::Sign,
     constraint::WaitReason,
@@ -134,79 +132,6 @@ impl Junctions {
         true
     }
 
-    /// Returns whether there is room to stand beyond the junction, or else the agent that takes it
-    /// (an index into the agents).
-    pub(super) fn exit_room(
-        &self,
-        vehicles: &VehicleTable,
-        request: &Request,
-        view: &View,
-    ) -> Result<(), u32> {
-        let (tracks, row) = (&view.map.tracks, request.row);
-        let lanes = vehicles.route[row].lanes();
-        if request.to >= lanes.len() {
-            return Ok(());
-        }
-        let own = view.agents.driven[row];
-        let exit = lanes[request.to];
-        let mut need = view.agents.body[own as usize].length_m() + STANDING_GAP_M;
-        for holder in 0..vehicles.id.len() {
-            if holder == row || vehicles.reservation[holder] == 0 || vehicles.located[holder] == 0 {
-                continue;
-            }
-            let end = reserved_lanes(vehicles, holder);
-            let route = vehicles.route[holder].lanes();
-            if end > 0 && end < route.len() && route[end] == exit {
-                let body = view.agents.body[view.agents.driven[holder] as usize];
-                need += body.length_m() + STANDING_GAP_M;
-            }
-        }
-        let begin = self.start(row, request.to);
-        let (mut room, mut blocker) = (f32::INFINITY, own);
-        for (k, &lane) in lanes.iter().enumerate().skip(request.to) {
-            let start = self.start(row, k);
-            if start - begin > need + 1.0 || (k > request.to && tracks.in_zone(lane)) {
-                break;
-            }
-            for occupant in view.occupancy.on(lane) {
-                let inside = view.agents.row[occupant.agent as usize];
-                let counted = inside != NONE
-                    && vehicles.reservation[inside as usize] != 0
-                    && start + occupant.front_m < begin + 1.0;
-                if !view.occupancy.reacts_to(own, occupant.agent)
-                    || counted
-                    || start + occupant.front_m < begin
-                {
-                    continue;
-                }
-                // A moving vehicle makes room until this one arrives, but not beyond its own next
-                // line.
-                let until_m = if inside == NONE {
-                    f32::INFINITY
-                } else {
-                    self.to_next_line(vehicles, inside as usize, view)
-                };
-                let gained_m = (2.0 * (occupant.speed_mps - 1.0)).max(0.0).min(until_m.max(0.0));
-                let free = start + occupant.rear_m - begin + gained_m;
-                if free < room {
-                    (room, blocker) = (free, occupant.agent);
-                }
-            }
-        }
-        if room >= need { Ok(()) } else { Err(blocker) }
-    }
-
-    /// Returns the distance to the first line at which a row must stop without a further
-    /// reservation.
-    fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
-        let lanes = vehicles.route[row].lanes();
-        let next = (reserved_lanes(vehicles, row)..lanes.len())
-            .find(|&k| view.map.tracks.in_zone(lanes[k]));
-        next.map_or(f32::INFINITY, |k| {
-            self.start(row, k) - view.map.approaches.line_m[lanes[k] as usize]
-        })
-    }
-
     /// Returns whether the way is free of holders, vehicles of higher rank and obstacles, or else
     /// the agent in the way (an index into the agents).
     pub(super) fn is_clear(
@@ -238,7 +163,7 @@ impl Junctions {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 for holder in present(&self.holders, conflict.other) {
-                    let Some(area) = conflict.between(is_wide(view, own, holder.agent)) else {
+                    let Some(area) = conflict.between(are_wide(view, own, holder.agent)) else {
                         continue;
                     };
                     if !view.occupancy.reacts_to(own, holder.agent) {
@@ -265,7 +190,7 @@ impl Junctions {
                     }
                 }
                 for other in present(&self.approaching, conflict.other) {
-                    let Some(area) = conflict.between(is_wide(view, own, other.agent)) else {
+                    let Some(area) = conflict.between(are_wide(view, own, other.agent)) else {
                         continue;
                     };
                     if !view.occupancy.reacts_to(own, other.agent) || other.rank >= request.rank {
@@ -281,7 +206,7 @@ impl Junctions {
                     }
                 }
                 let obstacle = view.occupancy.on(lane).iter().find(|o| {
-                    conflict.between(is_wide(view, own, o.agent)).is_some_and(|area| {
+                    conflict.between(are_wide(view, own, o.agent)).is_some_and(|area| {
                         view.occupancy.reacts_to(own, o.agent)
                             && o.aligned < 0.6
                             && o.speed_mps.abs() < 2.0
@@ -307,7 +232,7 @@ impl Junctions {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 for holder in present(&self.holders, conflict.other) {
-                    let Some(area) = conflict.between(is_wide(view, own, holder.agent)) else {
+                    let Some(area) = conflict.between(are_wide(view, own, holder.agent)) else {
                         continue;
                     };
                     let other = view.agents.row[holder.agent as usize];
@@ -345,9 +270,9 @@ impl Junctions {
                     if is_before || other_window.1 + 0.5 * MARGIN_S <= own_window.0 {
                         continue;
                     }
-                    let wide = is_wide(view, own, holder.agent);
+                    let wide = are_wide(view, own, holder.agent);
                     let Some(enter_m) = conflict.last_stop(wide, -start) else { continue };
-                    let before_m = if wide { 1.2 } else { 0.5 };
+                    let before_m = if wide == (false, false) { 0.5 } else { 1.2 };
                     let stop_m = (start + enter_m - before_m).max(0.0);
                     if stop_m < constraint.stop_m {
                         constraint.stop_m = stop_m;
@@ -391,10 +316,10 @@ fn stands_behind(vehicles: &VehicleTable, view: &View, agent: u32, other: u32) -
 
 /// Returns the time gap between two vehicles; large vehicles are harder to predict.
 fn margin_s(view: &View, a: u32, b: u32) -> f32 {
-    if is_wide(view, a, b) { 2.0 * MARGIN_S } else { MARGIN_S }
+    if are_wide(view, a, b) == (false, false) { MARGIN_S } else { 2.0 * MARGIN_S }
 }
 
-/// Returns whether one of two agents is wide.
-pub(super) fn is_wide(view: &View, a: u32, b: u32) -> bool {
-    view.agents.body[a as usize].is_wide() || view.agents.body[b as usize].is_wide()
+/// Returns for each of two agents whether it is wide.
+pub(super) fn are_wide(view: &View, a: u32, b: u32) -> (bool, bool) {
+    (view.agents.body[a as usize].is_wide(), view.agents.body[b as usize].is_wide())
 }

@@ -20,8 +20,13 @@ pub(super) fn straight(length_m: f64) -> Arc<Network> {
 /// lights nor signs.
 ///
 /// West arm 1, east arm 2, south arm 3, north arm 4; straight on only.
-pub(super) fn crossing() -> Arc<Network> {
+pub(crate) fn crossing() -> Arc<Network> {
     parse(&crossing_text())
+}
+
+/// Returns the crossing with lanes of 3 m.
+pub(crate) fn narrow_crossing() -> Arc<Network> {
+    parse(&crossing_text().replace(r#"a="3.5""#, r#"a="3""#))
 }
 
 /// Returns the crossing with a stop sign on the southern arm.

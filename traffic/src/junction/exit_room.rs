@@ -1,0 +1,187 @@
+//! Room to stand beyond a junction.
+
+use super::state::{Junctions, Request, STANDING_GAP_M, View, reserved_lanes};
+use crate::{tracks::NONE, vehicle_table::VehicleTable};
+
+/// Waiting time at a line after which others leave room at the exit.
+const STARVING_S: f32 = 45.0;
+
+impl Junctions {
+    /// Returns whether there is room to stand beyond the junction, or else the agent that takes it
+    /// (an index into the agents).
+    pub(super) fn exit_room(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        view: &View,
+    ) -> Result<(), u32> {
+        let (tracks, row) = (&view.map.tracks, request.row);
+        let lanes = vehicles.route[row].lanes();
+        if request.to >= lanes.len() {
+            return Ok(());
+        }
+        let own = view.agents.driven[row];
+        let exit = lanes[request.to];
+        let mut need = view.agents.body[own as usize].length_m() + STANDING_GAP_M;
+        for holder in 0..vehicles.id.len() {
+            if holder == row || vehicles.reservation[holder] == 0 || vehicles.located[holder] == 0 {
+                continue;
+            }
+            let end = reserved_lanes(vehicles, holder);
+            let route = vehicles.route[holder].lanes();
+            if end > 0 && end < route.len() && route[end] == exit {
+                let body = view.agents.body[view.agents.driven[holder] as usize];
+                need += body.length_m() + STANDING_GAP_M;
+            }
+        }
+        need += self.room_of_starving(vehicles, request, exit, view);
+        let begin = self.start(row, request.to);
+        let (mut room, mut blocker) = (f32::INFINITY, own);
+        for (k, &lane) in lanes.iter().enumerate().skip(request.to) {
+            let start = self.start(row, k);
+            if start - begin > need + 1.0 || (k > request.to && tracks.in_zone(lane)) {
+                break;
+            }
+            for occupant in view.occupancy.on(lane) {
+                let inside = view.agents.row[occupant.agent as usize];
+                let counted = inside != NONE
+                    && vehicles.reservation[inside as usize] != 0
+                    && start + occupant.front_m < begin + 1.0;
+                if !view.occupancy.reacts_to(own, occupant.agent)
+                    || counted
+                    || start + occupant.front_m < begin
+                {
+                    continue;
+                }
+                // A moving vehicle makes room until this one arrives, but not beyond its own next
+                // line.
+                let until_m = if inside == NONE {
+                    f32::INFINITY
+                } else {
+                    self.to_next_line(vehicles, inside as usize, view)
+                };
+                let gained_m = (2.0 * (occupant.speed_mps - 1.0)).max(0.0).min(until_m.max(0.0));
+                let free = start + occupant.rear_m - begin + gained_m;
+                if free < room {
+                    (room, blocker) = (free, occupant.agent);
+                }
+            }
+        }
+        if room >= need { Ok(()) } else { Err(blocker) }
+    }
+
+    /// Returns the distance to the first line at which a row must stop without a further
+    /// reservation.
+    fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
+        let lanes = vehicles.route[row].lanes();
+        let next = (reserved_lanes(vehicles, row)..lanes.len())
+            .find(|&k| view.map.tracks.in_zone(lanes[k]));
+        next.map_or(f32::INFINITY, |k| {
+            self.start(row, k) - view.map.approaches.line_m[lanes[k] as usize]
+        })
+    }
+
+    /// Returns the room that vehicles need which have waited at other lines for the same exit, for
+    /// long and longer than this one. Without it, those that have a green light while the exit
+    /// empties would fill it in every cycle.
+    fn room_of_starving(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        exit: u32,
+        view: &View,
+    ) -> f32 {
+        let own = (vehicles.wait_s[request.row], request.row);
+        let starves = |other: &&Request| {
+            let waited_s = vehicles.wait_s[other.row];
+            let is_earlier = waited_s > own.0 || (waited_s == own.0 && other.row < own.1);
+            other.row != request.row
+                && is_earlier
+                && waited_s > STARVING_S
+                && vehicles.reservation[other.row] == 0
+                && vehicles.route[other.row].lanes().get(other.to) == Some(&exit)
+        };
+        let length_m = |row: usize| view.agents.body[view.agents.driven[row] as usize].length_m();
+        let starving = self.requests.iter().filter(starves);
+        starving.map(|other| length_m(other.row) + STANDING_GAP_M).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+    use protocol::{ActorId, ActorState, Pose, flag, kind};
+    use road::LaneTypes;
+
+    use super::*;
+    use crate::{
+        agents::Agents, map::Map, occupancy::Occupancy, tests::maps, vehicle_table::Route,
+    };
+
+    /// Returns whether the first of two vehicles that have waited this long for the same exit may
+    /// take the room there, which suffices for one of them.
+    fn has_room(wait_s: [f32; 2]) -> bool {
+        let network = maps::crossing();
+        let map = Map::new(&network);
+        let actor = |id: u32, x: f32, flags: u32| ActorState {
+            actor_id: ActorId(id),
+            kind: kind::VEHICLE,
+            blueprint: u32::MAX,
+            flags,
+            pose: Pose::level(Vec3::new(x, -1.75, 0.0), 0.0),
+            ..ActorState::default()
+        };
+        // The junction ends at x = 10.
+        let own = [actor(1, -20.0, flag::AUTOPILOT), actor(2, -30.0, flag::AUTOPILOT)];
+        let actors = [own[0], own[1], actor(3, 22.35, 0)];
+        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+        agents.read(&actors, &map.bodies);
+        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[]);
+        let lane = |x: f64| {
+            let place = glam::DVec3::new(x, -1.75, 0.0);
+            network.nearest(place, LaneTypes::DRIVABLE).expect("a road").lane.0
+        };
+        let mut vehicles = VehicleTable::default();
+        vehicles.retain(&[1, 2]);
+        vehicles.wait_s = wait_s.to_vec();
+        for row in 0..2 {
+            vehicles.located[row] = 1;
+            vehicles.arc_m[row] = 140.0 - 10.0 * row as f32;
+            vehicles.route[row] = Route::from_lane(lane(-20.0), 0);
+            vehicles.route[row].push(lane(0.0));
+            vehicles.route[row].push(lane(20.0));
+        }
+        let view = View {
+            map: &map,
+            agents: &agents,
+            occupancy: &occupancy,
+            obstacles: &[],
+            lights: &[],
+            seed: 0,
+            delta_s: 0.05,
+            ignore_lights: &[0.0; 2],
+            ignore_signs: &[0.0; 2],
+        };
+        let mut junctions = Junctions::default();
+        junctions.measure(&vehicles, &view);
+        let request = |row: usize| Request {
+            row,
+            from: 1,
+            to: 2,
+            line_m: 8.0,
+            entry_m: 8.0,
+            rank: 0,
+            from_right: 0,
+            red: false,
+        };
+        junctions.requests = vec![request(0), request(1)];
+        junctions.exit_room(&vehicles, &request(0), &view).is_ok()
+    }
+
+    #[test]
+    fn a_vehicle_that_has_waited_for_long_keeps_room_at_its_exit() {
+        assert!(has_room([0.0, 30.0]), "the first to ask takes it");
+        assert!(!has_room([0.0, 60.0]), "the other has waited for long");
+        assert!(has_room([70.0, 60.0]), "but not as long");
+    }
+}
