@@ -99,6 +99,7 @@ impl Host {
             physics_sensors: PhysicsSensors::default(),
             decided: None,
             recording: None,
+            recording_error: None,
             recorded_decision: Frame(0),
             replay: None,
             early: 0,

@@ -96,6 +96,8 @@ pub(crate) struct Shell {
     /// The newest decision of traffic, from which a restarted traffic continues.
     pub decided: Option<Decided>,
     pub recording: Option<Recording>,
+    /// Why the last recording ended before it was stopped, until a client is told.
+    pub recording_error: Option<String>,
     /// The frame of the decision that acted in the frame recorded last.
     pub recorded_decision: Frame,
     pub replay: Option<Replay>,

@@ -489,3 +489,35 @@ fn the_tables_have_carlas_layout() {
     assert_eq!(json["collisions"][0]["actor_ids"], serde_json::json!([hero.0, other.0]));
     assert!(ask(&[]).contains("profile state"), "{}", ask(&[]));
 }
+
+#[test]
+fn a_recording_that_cannot_grow_is_reported_and_keeps_what_was_written() {
+    let scratch = Scratch::new();
+    let path = scratch.path().join("cut.mcap");
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut bustle = Bustle::new(&mut client);
+    client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
+    for _ in 0..100 {
+        bustle.act(&mut client);
+        client.tick().unwrap();
+    }
+    // The file may not become longer than it is, as on a full disk.
+    eventually("some frames on the disk", || path.metadata().unwrap().len() > 100_000);
+    let host = rustix::process::Pid::from_raw(sim.host_pid() as i32);
+    let limit = Some(path.metadata().unwrap().len() + 10_000);
+    let limit = rustix::process::Rlimit { current: limit, maximum: limit };
+    rustix::process::prlimit(host, rustix::process::Resource::Fsize, limit).unwrap();
+    for _ in 0..200 {
+        client.tick().unwrap();
+    }
+    let error = client.stop_recorder().unwrap_err().to_string();
+    assert!(error.contains("cut.mcap") && error.contains("too large"), "{error}");
+    assert_eq!(client.stop_recorder().unwrap(), 0, "it is told once");
+    drop(client);
+    let log = sim.end();
+    assert!(log.contains("the recording ends: "), "{log}");
+    let mut kept = Recording::open(&path).unwrap();
+    let frames: usize = (0..kept.segments()).map(|s| kept.recorded_frames(s).unwrap().len()).sum();
+    assert!(frames >= 20, "{frames} frames are left");
+}

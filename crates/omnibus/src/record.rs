@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::atomic::Ordering};
 
 use ::record::Recording;
-use anyhow::{anyhow, ensure};
+use anyhow::{Context, anyhow, ensure};
 use bus::clock;
 use client_lib::{Client, Profile, saved_path};
 use protocol::{ActorId, Command, Name, Settings, Spawn, flag};
@@ -96,11 +96,16 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
         }
     }
     let last_state_hash = client.world().header().state_hash;
-    client.stop_recorder()?;
+    let stopped = client.stop_recorder();
     drop(client);
     beside.end()?;
-    let path = files.finish(path)?;
     let frames = nanos.len();
+    let recorded = stopped.with_context(|| format!("{frames} frames were simulated"))?;
+    ensure!(
+        path.is_none() || recorded == frames as u64,
+        "{recorded} of {frames} simulated frames were recorded"
+    );
+    let path = files.finish(path)?;
     let bytes = path.as_ref().map_or(Ok(0), |p| p.metadata().map(|m| m.len()))?;
     let seconds = frames as f64 * args.fixed_delta;
     let megabytes_per_hour = bytes as f64 / 1e6 * 3600.0 / seconds;

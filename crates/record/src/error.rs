@@ -67,4 +67,12 @@ impl RecordError {
     pub(crate) fn file(path: &std::path::Path, why: std::io::Error) -> RecordError {
         RecordError::File { path: path.to_owned(), why }
     }
+
+    /// Names the file if the file system reported the error to the container.
+    pub(crate) fn at(self, path: &std::path::Path) -> RecordError {
+        match self {
+            RecordError::Container(mcap::McapError::Io(why)) => RecordError::file(path, why),
+            other => other,
+        }
+    }
 }

@@ -27,12 +27,13 @@ impl Recorder {
     ///
     /// Returns an error if the file cannot be written or the thread cannot be started.
     pub fn start(config: &RecordingConfig) -> Result<Recorder, RecordError> {
-        let writer = Writer::create(config)?;
+        let path = config.path.clone();
+        let writer = Writer::create(config).map_err(|e| e.at(&path))?;
         let (to, recorded_frames) = bounded(QUEUE);
         let (back, spent) = bounded(QUEUE);
         let thread = std::thread::Builder::new()
             .name("recorder".into())
-            .spawn(move || write(writer, &recorded_frames, &back))
+            .spawn(move || write(writer, &recorded_frames, &back).map_err(|e| e.at(&path)))
             .map_err(|e| RecordError::file(&config.path, e))?;
         Ok(Recorder { to: Some(to), spent, thread: Some(thread), waits: 0 })
     }

@@ -234,6 +234,10 @@ impl Writer {
     pub fn finish(mut self) -> Result<u64, RecordError> {
         self.cut()?;
         self.file.finish()?;
+        let told = |e| RecordError::file(&self.path, e);
+        let file = self.file.into_inner().into_inner().map_err(|e| told(e.into_error()))?;
+        // Some file systems report a full disk only here.
+        file.sync_all().map_err(told)?;
         Ok(self.frames)
     }
 }

@@ -20,7 +20,9 @@ impl Shell {
             Refusal::out_of_range(format!("unknown recording profile {}", command.profile))
         })?;
         // A new recording ends the current one.
-        self.stop_recorder()?;
+        if let Err(why) = self.stop_recorder() {
+            log::error!("{} {}", sim.stamp().frame.0, why.reason);
+        }
         let config = RecordingConfig {
             path: command.path.path().to_owned(),
             profile,
@@ -34,8 +36,12 @@ impl Shell {
         Ok(0)
     }
 
-    /// Executes [`protocol::Command::StopRecorder`]. Returns the number of recorded frames.
+    /// Executes [`protocol::Command::StopRecorder`]. Returns the number of recorded frames, or why
+    /// the recording ended earlier.
     pub(super) fn stop_recorder(&mut self) -> Result<u32, Refusal> {
+        if let Some(why) = self.recording_error.take() {
+            return Err(Refusal::file(why));
+        }
         let Some(recording) = self.recording.take() else { return Ok(0) };
         recording
             .recorder
@@ -79,7 +85,11 @@ impl Shell {
                 }
                 self.recording = Some(recording);
             }
-            Err(e) => log::error!("{frame} the recording ends: {e}"),
+            Err(e) => {
+                log::error!("{frame} the recording ends: {e}");
+                self.recording_error =
+                    Some(format!("the recording ended before frame {frame}: {e}"));
+            }
         }
     }
 
