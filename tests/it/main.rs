@@ -23,6 +23,7 @@ mod examples;
 mod fall;
 mod flood;
 mod fork;
+mod full;
 mod generated;
 mod hide;
 mod hold;

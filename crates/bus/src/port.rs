@@ -6,7 +6,10 @@ use std::{
     collections::BTreeSet,
     fmt::{self, Debug},
     mem::MaybeUninit,
-    sync::{Mutex, PoisonError},
+    sync::{
+        Mutex, PoisonError,
+        atomic::{AtomicUsize, Ordering},
+    },
     time::Duration,
 };
 
@@ -53,6 +56,9 @@ enum Transport<I, L> {
     Local(L),
 }
 
+/// Messages of a channel that usually exist at a time.
+const MESSAGES_IN_FLIGHT: usize = 4;
+
 /// How long a writer waits for a reader that must not lose anything.
 const SEND_DEADLINE: Duration = Duration::from_secs(2);
 
@@ -60,6 +66,9 @@ impl BusNode {
     /// Opens a node named `name`; `config` is the instance's.
     pub(crate) fn new(name: &str, config: &Config, is_local: bool) -> Result<BusNode, BusError> {
         set_log_level(LogLevel::Fatal);
+        if !is_local {
+            BusError::expect_room(&format!("process {name:?} on the bus"), 0)?;
+        }
         let builder = NodeBuilder::new()
             .name(&NodeName::new(name).map_err(|e| BusError::port("node", name, e))?)
             .signal_handling_mode(SignalHandlingMode::Disabled)
@@ -108,6 +117,7 @@ impl BusNode {
     ) -> Result<Writer<H, T>, BusError> {
         let port = match &self.0 {
             Transport::Ipc(node) => {
+                BusError::expect_room(&format!("channel {name:?}"), 0)?;
                 let service = service(node, channel, name, None)?;
                 Transport::Ipc(publisher(service, channel, name, elements, grows, loans)?)
             }
@@ -118,7 +128,7 @@ impl BusNode {
         };
         // Chunks of a pool that does not grow stay where they are.
         let initialised = if grows { None } else { Some(Mutex::default()) };
-        Ok(Writer { port, initialised })
+        Ok(Writer { port, initialised, longest: AtomicUsize::new(0) })
     }
 
     /// The reading end of a channel that the host has created.
@@ -215,6 +225,8 @@ pub struct Writer<H: Header, T: Element> {
     /// The addresses of chunks on the heap that were zeroed once; `None` if chunks may be freed and
     /// allocated again, so that each loan is zeroed.
     initialised: Option<Mutex<BTreeSet<usize>>>,
+    /// Elements of the longest message so far, for which there was shared memory.
+    longest: AtomicUsize,
 }
 
 impl<H: Header, T: Element> Writer<H, T> {
@@ -223,6 +235,13 @@ impl<H: Header, T: Element> Writer<H, T> {
     pub fn loan(&self, len: usize) -> Result<Loan<H, T>, BusError> {
         Ok(Loan(match &self.port {
             Transport::Ipc(port) => {
+                if len > self.longest.load(Ordering::Relaxed) {
+                    // The channel grows: later messages of this length find their memory in use.
+                    let bytes = (len * size_of::<T>() * MESSAGES_IN_FLIGHT) as u64;
+                    let what = || format!("a message of {len} {}", std::any::type_name::<T>());
+                    BusError::expect_room(&what(), bytes)?;
+                    self.longest.store(len, Ordering::Relaxed);
+                }
                 Transport::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?)
             }
             Transport::Local(port) => {

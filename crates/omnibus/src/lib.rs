@@ -30,6 +30,7 @@ pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
 pub use run::BackgroundHost;
 
+use anyhow::Context as _;
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// A driving simulator that is a shared-memory bus
@@ -81,7 +82,8 @@ pub fn check_args(args: impl IntoIterator<Item = std::ffi::OsString>) -> Result<
 
 /// Runs the command of this process's command line.
 pub fn main() -> std::process::ExitCode {
-    let args = match logging::init().and_then(|()| carla_args::translate(std::env::args_os())) {
+    let begun = logging::init().and_then(|()| explain_full_memory());
+    let args = match begun.and_then(|()| carla_args::translate(std::env::args_os())) {
         Ok(args) => args,
         Err(e) => {
             eprintln!("omnibus: {e:#}");
@@ -131,4 +133,24 @@ mod tests {
         }
         assert!(help.find("--frames").unwrap() < heading);
     }
+}
+
+/// Exit code of a process for which there was no memory behind a mapped page.
+const EXIT_NO_MEMORY: i32 = 74;
+
+/// Ends this process with an explanation where the kernel would kill it: at an access to mapped
+/// memory that does not exist. Messages are refused before that; what other processes write at the
+/// same moment cannot be foreseen.
+fn explain_full_memory() -> anyhow::Result<()> {
+    let end = || {
+        const WHY: &[u8] =
+            b"omnibus: a mapped page has no memory (SIGBUS): /dev/shm is full, or a \
+            file of the map cache was cut off; free some of /dev/shm, or make it larger\n";
+        let _ = rustix::io::write(std::io::stderr(), WHY);
+        signal_hook::low_level::exit(EXIT_NO_MEMORY)
+    };
+    #[expect(unsafe_code, reason = "an action in a signal handler")]
+    // SAFETY: write(2) and _exit(2) are safe in a signal handler, and nothing is allocated.
+    let registered = unsafe { signal_hook::low_level::register(signal_hook::consts::SIGBUS, end) };
+    registered.map(drop).context("signal handler")
 }
