@@ -1,7 +1,12 @@
 //! `carla-client`: the official `carla` package through the CARLA server, alternating with the same
 //! by client-lib, in one simulator.
 
-use std::{ffi::OsString, net::TcpListener, process::Command};
+use std::{
+    ffi::OsString,
+    net::TcpListener,
+    process::Command,
+    sync::atomic::{AtomicBool, Ordering},
+};
 
 use anyhow::{Context, ensure};
 use client_lib::{
@@ -23,6 +28,7 @@ const ROUNDS: usize = 3;
 const TICKS: usize = 2_000;
 const IMAGES: usize = 300;
 const CARS: usize = 100;
+const CALLS: usize = 1_000;
 
 /// Nanoseconds of each measurement, by round.
 type Rounds = Vec<Vec<u64>>;
@@ -84,7 +90,66 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
             Ok(())
         })
     })?;
-    put("carla.call", "the smallest question: the version, or the settings".to_owned(), both)
+    put("carla.call", "the smallest question: the version, or the settings".to_owned(), both)?;
+    beside_image(effort, sink, &machine, &map.arg)
+}
+
+/// Measures calls of the official package while another client's image is traced on the processor,
+/// and the same calls while the world stands still.
+fn beside_image(
+    effort: Effort,
+    sink: &mut Sink,
+    machine: &Machine,
+    map: &str,
+) -> anyhow::Result<()> {
+    let port = free_port()?;
+    let args = ["--synchronous", "--map", map, "--device", "cpu"];
+    let sim = Sim::start(&[&args[..], &["--carla-port", &port.to_string()]].concat())?;
+    let mut client = sim.client()?;
+    client.synchronise(std::time::Duration::from_nanos(scene::DELTA_NANOS))?;
+    let place = client.spawn_points()?[0];
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", place))?;
+    let above = Pose::level(Vec3::Z * 2.0, 0.0);
+    let spec = camera("front", above, 1920, 1080, std::f32::consts::FRAC_PI_2, output::COLOR);
+    let mut bundle = client.create_bundle("bench", car, [spec], 2)?;
+    client.tick()?;
+    let (rounds, calls) = (effort.rounds(ROUNDS), effort.count(CALLS));
+    for (job, name, what) in [
+        ("actor", "carla.actor_beside_image", "an actor's physics control"),
+        ("manager", "carla.manager_beside_image", "a setting of the Traffic Manager"),
+    ] {
+        let (mut disturbed, mut alone) = (Vec::new(), Vec::new());
+        for _ in 0..rounds {
+            alone.push(official_package(port, job, calls)?);
+            let is_over = AtomicBool::new(false);
+            disturbed.push(std::thread::scope(|scope| {
+                let ticking = std::thread::Builder::new().name("ticks".into()).spawn_scoped(
+                    scope,
+                    || -> anyhow::Result<()> {
+                        while !is_over.load(Ordering::Relaxed) {
+                            client.tick_and_collect(&mut [&mut bundle])?;
+                        }
+                        Ok(())
+                    },
+                )?;
+                let measured = official_package(port, job, calls);
+                is_over.store(true, Ordering::Relaxed);
+                ticking.join().map_err(|_| anyhow::anyhow!("the ticking thread panicked"))??;
+                measured
+            })?);
+        }
+        let (value, alone) = (Spread::of_rounds(&disturbed, 1e3), Spread::of_rounds(&alone, 1e3));
+        let figure = Figure {
+            name,
+            workload: format!("{what}, while another client's 1920x1080 image is traced"),
+            unit: Unit::Micros,
+            value: value.p50,
+            spread: value,
+            peer: Some(Peer { name: "the world stands still", value: alone.p50 }),
+        };
+        sink.put(&figure, machine)?;
+    }
+    Ok(())
 }
 
 /// Measures both, round by round; the other client is not connected.

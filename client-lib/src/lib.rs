@@ -78,7 +78,9 @@ pub use actors::{Spawn, spawn_poses};
 pub use bake::MapError;
 pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms};
 pub use bundles::bundle_commands;
-pub use bus::{BusError, Instance, Interrupted, SequenceEvent, Strategy, Watch, clock};
+pub use bus::{
+    BusError, Instance, Interrupted, SequenceEvent, Spin, Strategy, Watch, clock, prefer_latency,
+};
 pub use client::{Client, ConnectOptions};
 pub use command::Command;
 pub use connection::Deadlines;

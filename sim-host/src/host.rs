@@ -137,6 +137,7 @@ impl Host {
     ///
     /// A stage died and is not restarted, or the bus fails.
     pub fn run(mut self) -> Result<Frame, HostError> {
+        bus::prefer_latency();
         let ended = self.serve();
         let frame = self.frame();
         self.shell.supervisor.shut_down();

@@ -14,6 +14,7 @@ mod error;
 pub mod fault;
 mod instance;
 mod journal;
+mod latency;
 mod map;
 mod participant;
 mod port;
@@ -28,6 +29,7 @@ pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, S
 pub use error::BusError;
 pub use instance::{Instance, OwnedInstance, free_bytes};
 pub use journal::{Event, Journal, Outcomes};
+pub use latency::prefer_latency;
 pub use map::{CONTROL_LEN, ControlPageMapping};
 pub use participant::{ADMISSION_SECS, Interrupted, Participant, Watch};
 pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
@@ -35,7 +37,7 @@ pub use ports::{
     BundleReaders, BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample,
 };
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
-pub use wait::{Notify, SequenceEvent, Strategy};
+pub use wait::{Notify, SequenceEvent, Spin, Strategy};
 
 #[cfg(test)]
 mod loom_tests;

@@ -18,7 +18,7 @@
 //! A process that is killed while it sleeps leaves `sleepers` one too high, which costs one system call
 //! per write.
 
-use std::time::Duration;
+use std::{cell::Cell, time::Duration};
 
 use super::atoms::{
     AtomicU32, AtomicU64, Ordering, fence, now_nanos, sleep_on, wake_all, yield_core,
@@ -51,6 +51,50 @@ impl Strategy {
             "batch" => Some(Strategy::BATCH),
             _ => None,
         }
+    }
+}
+
+/// A yield that takes longer gave the core to a thread that computes. Nanoseconds.
+const LONG_YIELD_NANOS: u64 = 100_000;
+
+/// How long a thread sleeps at once after such a yield. Nanoseconds.
+const BUSY_CORE_NANOS: u64 = 20_000_000;
+
+thread_local! {
+    static BUSY_UNTIL: Cell<u64> = const { Cell::new(0) };
+}
+
+/// The time for which a waiter spins.
+///
+/// A waiter that yields to a thread that computes, one of the renderer for instance, gets the core back
+/// after that thread's time slice of several milliseconds; a sleeping waiter is woken at once. So
+/// spinning ends with the first long yield, and for some time this thread does not spin.
+#[derive(Debug)]
+pub struct Spin {
+    until_nanos: u64,
+    now_nanos: u64,
+}
+
+impl Spin {
+    /// Begins to spin; `None` if the waiter is to sleep at once.
+    pub fn begin(strategy: Strategy) -> Option<Spin> {
+        if strategy.spin_nanos == 0 {
+            return None;
+        }
+        let now_nanos = now_nanos();
+        let until_nanos = now_nanos + strategy.spin_nanos;
+        (now_nanos >= BUSY_UNTIL.get()).then_some(Spin { until_nanos, now_nanos })
+    }
+
+    /// Yields the core. Returns whether spinning goes on.
+    pub fn goes_on(&mut self) -> bool {
+        yield_core();
+        let before = std::mem::replace(&mut self.now_nanos, now_nanos());
+        if self.now_nanos - before > LONG_YIELD_NANOS {
+            BUSY_UNTIL.set(self.now_nanos + BUSY_CORE_NANOS);
+            return false;
+        }
+        self.now_nanos <= self.until_nanos
     }
 }
 
@@ -172,8 +216,7 @@ fn wait_on<T>(
     if let Some(answer) = look() {
         return Some(answer);
     }
-    if strategy.spin_nanos > 0 {
-        let begun = now_nanos();
+    if let Some(mut spin) = Spin::begin(strategy) {
         loop {
             for _ in 0..LOOKS {
                 if let Some(answer) = look() {
@@ -181,12 +224,10 @@ fn wait_on<T>(
                 }
                 std::hint::spin_loop();
             }
-            yield_core();
-            let now = now_nanos();
-            if now - begun > strategy.spin_nanos {
+            if !spin.goes_on() {
                 break;
             }
-            if deadline_nanos.is_some_and(|deadline| now >= deadline) {
+            if deadline_nanos.is_some_and(|deadline| spin.now_nanos >= deadline) {
                 return look();
             }
         }

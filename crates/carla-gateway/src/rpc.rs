@@ -11,7 +11,7 @@ use std::{
     time::Duration,
 };
 
-use client_lib::{Strategy, clock};
+use client_lib::{Spin, Strategy, prefer_latency};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
 use crate::msgpack::{Budget, DecodeError, Pack, Value, read};
@@ -59,7 +59,7 @@ pub(crate) fn serve<C: Handler>(
     strategy: Strategy,
     handler: Arc<C>,
 ) -> io::Result<()> {
-    let spin_nanos = POLL_FACTOR * strategy.spin_nanos;
+    let strategy = Strategy { spin_nanos: POLL_FACTOR * strategy.spin_nanos };
     let (count, last) = (Arc::new(AtomicUsize::new(0)), AtomicU64::new(0));
     let work = move || {
         for stream in listener.incoming().flatten() {
@@ -74,7 +74,8 @@ pub(crate) fn serve<C: Handler>(
             count.fetch_add(1, Ordering::Relaxed);
             let (handler, inner) = (Arc::clone(&handler), Arc::clone(&count));
             let serve_connection = move || {
-                if let Err(e) = serve_connection(&stream, &peer, spin_nanos, &*handler) {
+                prefer_latency();
+                if let Err(e) = serve_connection(&stream, &peer, strategy, &*handler) {
                     log::warn!("{name}: {} is disconnected: {e}", peer.address);
                 }
                 handler.on_disconnect(&peer);
@@ -96,18 +97,18 @@ pub(crate) fn serve<C: Handler>(
 /// soon, and waking a thread costs more than a call.
 struct SpinningReader<'a> {
     stream: &'a TcpStream,
-    spin_nanos: u64,
+    strategy: Strategy,
 }
 
 impl Read for SpinningReader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
-        let begun = clock::now_nanos();
-        while clock::now_nanos() - begun < self.spin_nanos {
+        let mut spin = Spin::begin(self.strategy);
+        while let Some(spinning) = &mut spin {
             let mut fds = [PollFd::new(self.stream, PollFlags::IN)];
-            if poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }))? > 0 {
+            let is_readable = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }))? > 0;
+            if is_readable || !spinning.goes_on() {
                 break;
             }
-            thread::yield_now();
         }
         self.stream.read(buffer)
     }
@@ -117,7 +118,7 @@ impl Read for SpinningReader<'_> {
 fn serve_connection(
     stream: &TcpStream,
     peer: &Peer,
-    spin_nanos: u64,
+    strategy: Strategy,
     handler: &dyn Handler,
 ) -> Result<(), DecodeError> {
     let set = || {
@@ -125,7 +126,7 @@ fn serve_connection(
         stream.set_write_timeout(Some(WRITE_TIMEOUT))
     };
     set().map_err(DecodeError::Io)?;
-    let mut input = BufReader::with_capacity(64 << 10, SpinningReader { stream, spin_nanos });
+    let mut input = BufReader::with_capacity(64 << 10, SpinningReader { stream, strategy });
     let mut answers = Pack::new();
     loop {
         let request = match next(&mut input) {
