@@ -28,6 +28,9 @@ use findings::Findings;
 /// mm at this distance.
 const FAR_M: f64 = 20_000.0;
 
+/// Longer maps are errors in the file, metres: the streets of a metropolis.
+const TOTAL_MAX_M: f64 = 5e6;
+
 impl Network {
     /// Parses an OpenDRIVE text.
     ///
@@ -53,6 +56,21 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
             let reason = format!("road {id} is {declared} m long, but its geometry ends at {end}");
             findings.add(extra.offset, reason);
         }
+        if let Some(start) = extra.sections_beyond {
+            let (id, end) = (&road.id, road.length_m);
+            let reason = format!(
+                "a lane section of road {id} begins at s {start}, but the road ends at {end}; \
+                 the section is left out"
+            );
+            findings.add(extra.offset, reason);
+        }
+    }
+    let total_m: f64 = records.roads.iter().map(|road| road.length_m).sum();
+    if total_m > TOTAL_MAX_M {
+        let reason = format!(
+            "all roads together are {total_m:.0} m long; at most {TOTAL_MAX_M:.0} m are allowed"
+        );
+        return Err(MapError { line: 1, reason });
     }
     let junctions = junctions(&mut records, &road_ids, &mut findings);
     links::join(&mut records, &road_ids, &junctions, &mut findings);

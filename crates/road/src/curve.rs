@@ -137,6 +137,24 @@ impl Curve {
         }
     }
 
+    /// Returns by how much the curve turns, whatever the side, radians. A cubic turns by less than once
+    /// round.
+    pub(crate) fn turn_rad(&self) -> f64 {
+        match self.shape {
+            Shape::Line | Shape::Cubic { .. } => 0.0,
+            Shape::Arc { curvature } => curvature.abs() * self.length_m,
+            Shape::Spiral { from, slope } => {
+                let end = from + slope * self.length_m;
+                if from * end >= 0.0 {
+                    0.5 * (from + end).abs() * self.length_m
+                } else {
+                    // Two triangles, before and after the curvature is 0.
+                    0.5 * (from * from + end * end) / slope.abs()
+                }
+            }
+        }
+    }
+
     /// Returns whether the curve is a straight line.
     pub(crate) fn is_line(&self) -> bool {
         matches!(self.shape, Shape::Line)

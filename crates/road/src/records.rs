@@ -41,6 +41,8 @@ pub(crate) struct RoadExtra {
     pub(crate) successor: Option<RawLink>,
     /// The declared length, if the geometry ends well before it.
     pub(crate) too_long: Option<f64>,
+    /// Where the first lane section begins that lies beyond the end of the road, if there is one.
+    pub(crate) sections_beyond: Option<f64>,
     /// Byte offset of the road in the text.
     pub(crate) offset: usize,
 }

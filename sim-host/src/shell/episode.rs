@@ -5,7 +5,6 @@
 //! complete when all stages have arrived at that frame. The map is checked before anything is
 //! destroyed.
 
-use bake::TownSource;
 use bus::clock;
 use protocol::{Episode, Frame, HideLayers, LoadMap, Outcome, Refusal, load};
 use town::Town;
@@ -14,7 +13,7 @@ use super::{START_NANOS, Shell, TickTimes, ending};
 use crate::{
     HostError,
     barrier::Verdict,
-    maps::build_world,
+    maps::load_world,
     request::Request,
     sim::{Outputs, Sim},
     world::World,
@@ -74,12 +73,7 @@ impl Shell {
         let (world, town) = if is_same {
             (sim.world().at_start(), None)
         } else {
-            let Episode { map, open_drive, seed } = &episode;
-            let source = self.cache.town_source(map, open_drive, *seed);
-            build_world(
-                source.and_then(TownSource::load).map_err(|e| Refusal::map(e.to_string()))?,
-                *seed,
-            )
+            load_world(&self.cache, &episode, || self.is_stopped())?
         };
         Ok(PreparedEpisode { episode, world, hidden: HideLayers { layers: 0, hidden: 1 }, town })
     }

@@ -7,17 +7,19 @@ use crate::{
         LaneType,
     },
     mark::{MarkChange, MarkColor, MarkKind, MarkLine, MarkSway, RoadMark},
-    records::Records,
+    records::{BEYOND_M, Records},
     road::{Road, Section},
     xml::Cursor,
 };
 
+/// Reads the lanes of a road. Returns where the first section begins that lies beyond the end of the
+/// road, if there is one; such sections are left out.
 pub(super) fn lanes(
     xml: &mut Cursor,
     road: &mut Road,
     road_index: u32,
     records: &mut Records,
-) -> Result<(), MapError> {
+) -> Result<Option<f64>, MapError> {
     let mut offsets = Vec::new();
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
@@ -28,8 +30,20 @@ pub(super) fn lanes(
         }
     }
     road.lane_offset = Profile::new(offsets);
+    let beyond = drop_beyond(road, &mut records.lanes);
     close_sections(road, &mut records.lanes);
-    Ok(())
+    Ok(beyond)
+}
+
+fn drop_beyond(road: &mut Road, lanes: &mut Vec<Lane>) -> Option<f64> {
+    let end = road.length_m + BEYOND_M;
+    // A road needs one section.
+    let first = road.sections.iter().skip(1).position(|section| section.start_m > end)? + 1;
+    let start = road.sections[first].start_m;
+    let count: usize = road.sections.drain(first..).map(|section| section.lanes.len()).sum();
+    // They were read last.
+    lanes.truncate(lanes.len() - count);
+    Some(start)
 }
 
 /// Derives the lengths of sections and lanes from where the next section begins.

@@ -14,8 +14,12 @@ use crate::{
     xml::Cursor,
 };
 
-/// Longer roads are errors in the file, metres.
-const LONGEST_M: f64 = 1e6;
+/// Longer roads are errors in the file, metres: the work that a map needs grows with their length.
+const LONGEST_M: f64 = 1e5;
+
+/// Roads that turn further are errors in the file, radians: 50 times round, a hundred levels of a car
+/// park. A spiral of a few numbers can wind itself thousands of times about one place.
+const TURN_MAX_RAD: f64 = 50.0 * std::f64::consts::TAU;
 
 pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapError> {
     let mut extra = RoadExtra {
@@ -61,10 +65,22 @@ pub(super) fn road(xml: &mut Cursor, records: &mut Records) -> Result<(), MapErr
             "planView" => {
                 plan_view(xml, &mut road)?;
                 extra.too_long = shorten(&mut road);
+                let turn_rad: f64 = road.curves.iter().map(Curve::turn_rad).sum();
+                if turn_rad > TURN_MAX_RAD {
+                    return Err(xml.error_at(
+                        extra.offset,
+                        format!(
+                            "road {} turns by {:.0} degrees in all; at most {:.0} are allowed",
+                            road.id,
+                            turn_rad.to_degrees(),
+                            TURN_MAX_RAD.to_degrees()
+                        ),
+                    ));
+                }
             }
             "elevationProfile" => road.elevation = cubics(xml, "elevation", "s")?,
             "lateralProfile" => lateral_profile(xml, &mut road)?,
-            "lanes" => lanes::lanes(xml, &mut road, index, records)?,
+            "lanes" => extra.sections_beyond = lanes::lanes(xml, &mut road, index, records)?,
             "objects" => objects::objects(xml, index, records)?,
             "signals" => signals::signals(xml, index, records)?,
             "railroad" => railroad(xml, &mut road)?,

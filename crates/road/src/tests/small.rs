@@ -106,3 +106,46 @@ fn a_broken_file_is_rejected_with_its_line() {
     let length = Network::parse(&whole.replace(r#"length="40" id"#, r#"length="wide" id"#));
     assert_eq!(length.expect_err("no number").line, 7);
 }
+
+/// A single road with one geometry and lane sections that begin at `sections`.
+fn one_road(length: f64, shape: &str, sections: &[f64]) -> String {
+    let lane = r#"<lane id="-1" type="driving" level="false"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>"#;
+    let center = r#"<center><lane id="0" type="none" level="false"/></center>"#;
+    let section =
+        |s: &f64| format!(r#"<laneSection s="{s}">{center}<right>{lane}</right></laneSection>"#);
+    let sections: String = sections.iter().map(section).collect();
+    format!(
+        r#"<?xml version="1.0"?>
+<OpenDRIVE><header revMajor="1" revMinor="4" name="one"/>
+<road name="" length="{length}" id="1" junction="-1">
+<planView><geometry s="0" x="0" y="0" hdg="0" length="{length}">{shape}</geometry></planView>
+<lanes>{sections}</lanes></road></OpenDRIVE>"#
+    )
+}
+
+#[test]
+fn numbers_that_make_a_short_file_a_huge_map_are_rejected() {
+    let reject = |length, shape| {
+        let error = Network::parse(&one_road(length, shape, &[0.0])).expect_err(shape);
+        assert_eq!(error.line, 3, "{error}");
+        error.reason
+    };
+    let long = reject(1e6, "<line/>");
+    assert_eq!(long, "road 1 is 1000000 m long; lengths from 0 to 100000 are allowed");
+    let wound = reject(9e4, r#"<spiral curvStart="0" curvEnd="0.1"/>"#);
+    assert_eq!(wound, "road 1 turns by 257831 degrees in all; at most 18000 are allowed");
+    reject(9e4, r#"<arc curvature="-0.05"/>"#);
+    reject(9e4, r#"<spiral curvStart="0.1" curvEnd="-0.1"/>"#);
+    let helix = one_road(2000.0, r#"<arc curvature="0.1"/>"#, &[0.0]);
+    assert!(Network::parse(&helix).is_ok(), "a helix of a car park");
+}
+
+#[test]
+fn lane_sections_beyond_the_end_of_their_road_are_left_out() {
+    let network = Network::parse(&one_road(100.0, "<line/>", &[0.0, 60.0, 1e6])).expect("a map");
+    let lengths: Vec<f64> = network.lanes().iter().map(|lane| lane.length_m).collect();
+    assert_eq!(lengths, [60.0, 40.0]);
+    let said = network.findings()[0].to_string();
+    assert!(said.contains("begins at s 1000000, but the road ends at 100"), "{said}");
+    assert!(network.spawn_points().len() < 12);
+}
