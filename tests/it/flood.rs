@@ -61,6 +61,7 @@ fn stages_that_stop_for_a_time_during_a_flood_receive_every_command() {
                 let wetness = (count % 100) as f32;
                 let weather = Weather { wetness, ..Weather::default() };
                 client.request("flood", &[Command::set_weather(weather)]).unwrap();
+                std::thread::sleep(Duration::from_micros(100));
             }
             count
         })

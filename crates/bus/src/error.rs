@@ -1,8 +1,5 @@
 use std::fmt::Debug;
 
-/// Shared memory that is left for what other processes write at the same time.
-const SPARE_BYTES: u64 = 1 << 20;
-
 /// An error of the transport.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusError {
@@ -79,18 +76,6 @@ impl BusError {
     /// Whether the error is that the channel does not exist.
     pub fn is_missing_channel(&self) -> bool {
         matches!(self, BusError::Channel { why, .. } if why == "DoesNotExist")
-    }
-
-    /// Refuses to create or write `what` if its bytes do not fit into shared memory.
-    ///
-    /// The kernel would kill the process at its first access to a page that does not fit.
-    pub(crate) fn expect_room(what: &str, bytes: u64) -> Result<(), BusError> {
-        let needed = bytes + SPARE_BYTES;
-        let free = crate::free_bytes().map_err(|e| BusError::Instance(format!("/dev/shm: {e}")))?;
-        if free >= needed {
-            return Ok(());
-        }
-        Err(BusError::SharedMemory { what: what.to_owned(), needed, free })
     }
 
     pub(crate) fn port(what: &'static str, name: &str, why: impl Debug) -> BusError {

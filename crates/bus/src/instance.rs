@@ -11,10 +11,9 @@ use std::{
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 
-use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping};
+use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping, shared_memory::SHM};
 
-/// The folder of shared memory.
-const SHM: &str = "/dev/shm";
+/// How the folder of an instance begins.
 const FOLDER: &str = "omnibus-";
 
 /// The folder of one host: `/dev/shm/omnibus-<id>/`.
@@ -307,10 +306,4 @@ impl Drop for OwnedInstance {
     fn drop(&mut self) {
         self.instance.remove();
     }
-}
-
-/// Free bytes of shared memory.
-pub fn free_bytes() -> std::io::Result<u64> {
-    let stat = rustix::fs::statvfs(SHM)?;
-    Ok(stat.f_bavail * stat.f_frsize)
 }

@@ -20,6 +20,7 @@ mod participant;
 mod port;
 mod ports;
 pub mod process;
+mod shared_memory;
 mod snapshot;
 mod versioned;
 mod wait;
@@ -27,7 +28,7 @@ mod wait;
 pub use channel::{CHANNELS, Channel, Loss, channel};
 pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
 pub use error::BusError;
-pub use instance::{Instance, OwnedInstance, free_bytes};
+pub use instance::{Instance, OwnedInstance};
 pub use journal::{Event, Journal, Outcomes};
 pub use latency::prefer_latency;
 pub use map::{CONTROL_LEN, ControlPageMapping};
@@ -36,6 +37,7 @@ pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
 pub use ports::{
     BundleReaders, BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample,
 };
+pub use shared_memory::free_bytes;
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
 pub use wait::{Notify, SequenceEvent, Spin, Strategy};
 

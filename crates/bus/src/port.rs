@@ -24,7 +24,7 @@ use iceoryx2::{
     sample_mut_uninit::SampleMutUninit,
 };
 
-use crate::{BusError, Channel, Loss, control::SLOTS};
+use crate::{BusError, Channel, Loss, control::SLOTS, shared_memory::expect_room};
 
 type Ipc = ipc_threadsafe::Service;
 type Local = local_threadsafe::Service;
@@ -67,7 +67,7 @@ impl BusNode {
     pub(crate) fn new(name: &str, config: &Config, is_local: bool) -> Result<BusNode, BusError> {
         set_log_level(LogLevel::Fatal);
         if !is_local {
-            BusError::expect_room(&format!("process {name:?} on the bus"), 0)?;
+            expect_room(&format!("process {name:?} on the bus"), 0)?;
         }
         let builder = NodeBuilder::new()
             .name(&NodeName::new(name).map_err(|e| BusError::port("node", name, e))?)
@@ -117,7 +117,7 @@ impl BusNode {
     ) -> Result<Writer<H, T>, BusError> {
         let port = match &self.0 {
             Transport::Ipc(node) => {
-                BusError::expect_room(&format!("channel {name:?}"), 0)?;
+                expect_room(&format!("channel {name:?}"), 0)?;
                 let service = service(node, channel, name, None)?;
                 Transport::Ipc(publisher(service, channel, name, elements, grows, loans)?)
             }
@@ -239,7 +239,7 @@ impl<H: Header, T: Element> Writer<H, T> {
                     // The channel grows: later messages of this length find their memory in use.
                     let bytes = (len * size_of::<T>() * MESSAGES_IN_FLIGHT) as u64;
                     let what = || format!("a message of {len} {}", std::any::type_name::<T>());
-                    BusError::expect_room(&what(), bytes)?;
+                    expect_room(&what(), bytes)?;
                     self.longest.store(len, Ordering::Relaxed);
                 }
                 Transport::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?)

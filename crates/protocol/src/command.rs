@@ -12,7 +12,7 @@ use crate::{
 };
 
 /// The most commands in one batch: longer lists travel as several batches.
-pub const BATCH_MAX: usize = 256;
+pub const BATCH_MAX: usize = 128;
 
 /// Header of a batch of [`RawCommand`]s or [`VehicleControl`]s from one client.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
