@@ -9,7 +9,7 @@ use crate::{
     leader::{self, Leader},
     map::Map,
     occupancy::Occupancy,
-    pedals, recover, route, steer,
+    passing, pedals, recover, route, steer,
     tracks::NONE,
     vehicle_table::VehicleTable,
 };
@@ -18,9 +18,6 @@ use crate::{
 const DELAY_FRAMES: f32 = 1.0;
 /// Delay of the steering system.
 const DELAY_STEERING_S: f32 = 0.05;
-
-/// Gap that a vehicle keeps to a prop which it may pass, so that it can pull out.
-const PASSING_GAP_M: f32 = 9.0;
 
 /// Inputs of this stage.
 pub(crate) struct View<'a> {
@@ -83,8 +80,8 @@ pub(crate) fn control(
     if off_track {
         desired = desired.min(recover::OFF_TRACK_MPS);
     }
-    let gap_m = if may_pass(vehicles, row, view, &leader) {
-        view.gaps[row].max(PASSING_GAP_M)
+    let gap_m = if passing::may_pull_out(vehicles, row, agents, &leader) {
+        view.gaps[row].max(passing::pull_out_m(&agents.body[agent]))
     } else {
         view.gaps[row]
     };
@@ -127,14 +124,6 @@ pub(crate) fn control(
     );
     vehicles.accel_integral[row] = accel_integral;
     pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
-}
-
-/// Returns whether the leader is a standing prop that the vehicle may pass on the lane beside it.
-fn may_pass(vehicles: &VehicleTable, row: usize, view: &View, leader: &Leader) -> bool {
-    let (tracks, lane) = (&view.map.tracks, vehicles.route[row].lane() as usize);
-    vehicles.shift_m[row] == 0.0
-        && view.agents.is_standing_prop(leader.agent)
-        && (tracks.left[lane] != NONE || tracks.right[lane] != NONE)
 }
 
 /// During a lane change, the leader on the lane that is left counts too, unless the vehicle

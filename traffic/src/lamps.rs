@@ -24,6 +24,9 @@ const INDICATE_S: f32 = 4.0;
 /// Least distance before a turn at which the indicator is switched on.
 const INDICATE_M: f32 = 25.0;
 
+/// Lateral offset beside a prop from which a vehicle indicates that it pulls out and returns.
+const PULLS_OUT_M: f32 = 1.2;
+
 /// Returns the lights of the vehicle of a row as bits of [`lamp`]; `mps` is its speed.
 pub(crate) fn lamps(
     vehicles: &VehicleTable,
@@ -62,6 +65,13 @@ fn turn_side(vehicles: &VehicleTable, row: usize, tracks: &Tracks, mps: f32) -> 
     if vehicles.shift_m[row] != 0.0 {
         // `shift_m` is where the change began, left of the lane that it goes to.
         return -vehicles.shift_m[row];
+    }
+    if vehicles.pass_left_m[row].abs() > PULLS_OUT_M {
+        let (done_m, over_m) = (vehicles.pass_done_m[row], vehicles.pass_over_m[row]);
+        if done_m < over_m {
+            return vehicles.pass_left_m[row];
+        }
+        return if done_m < vehicles.pass_hold_m[row] { 0.0 } else { -vehicles.pass_left_m[row] };
     }
     if vehicles.u_turn[row] == 1 {
         return 1.0;

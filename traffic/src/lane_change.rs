@@ -77,7 +77,8 @@ pub(crate) fn plan(
             continue;
         }
         vehicles.change_cooldown_s[row] -= view.delta_s;
-        if vehicles.shift_m[row] != 0.0 || vehicles.reservation[row] != 0 {
+        let is_moving_aside = vehicles.shift_m[row] != 0.0 || vehicles.passes_prop(row);
+        if is_moving_aside || vehicles.reservation[row] != 0 {
             continue;
         }
         let id = vehicles.id[row];

@@ -6,7 +6,7 @@
 //! ```text
 //! snapshot ─▶ agents ─▶ locate on routes ─▶ occupancy of tracks ─▶ junctions ─▶ leaders
 //!                                                                                  │
-//!          controls ◀─ pedals, steering ◀─ car following, recovery ◀─ lane changes ◀┘
+//!          controls ◀─ pedals, steering ◀─ car following, recovery ◀─ passing, lane changes ◀┘
 //! ```
 //!
 //! SI units and radians; world space is right-handed with z up. Distances along lanes are arc
@@ -18,6 +18,7 @@ mod state;
 mod vehicle_plan;
 
 mod approach;
+mod beside;
 mod body;
 mod conflict;
 mod grid;
@@ -41,7 +42,9 @@ mod leader;
 mod obstacles;
 mod occupancy;
 mod params;
+mod passing;
 mod pedals;
+mod prop_extent;
 mod prop_waits;
 mod random;
 mod recover;

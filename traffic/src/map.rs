@@ -3,13 +3,14 @@
 use road::Network;
 
 use crate::{
-    approach::Approaches, body::Bodies, conflict::Conflicts, grid::Grid, signals::SignalPlan,
-    tracks::Tracks,
+    approach::Approaches, beside::Beside, body::Bodies, conflict::Conflicts, grid::Grid,
+    signals::SignalPlan, tracks::Tracks,
 };
 
 /// The map as the planner reads it; constant during an episode.
 pub(crate) struct Map {
     pub(crate) tracks: Tracks,
+    pub(crate) beside: Beside,
     pub(crate) grid: Grid,
     pub(crate) conflicts: Conflicts,
     pub(crate) approaches: Approaches,
@@ -21,10 +22,19 @@ impl Map {
     /// Derives everything from a network.
     pub(crate) fn new(network: &Network) -> Map {
         let tracks = Tracks::new(network);
+        let beside = Beside::new(network, &tracks);
         let grid = Grid::new(&tracks);
         let conflicts = Conflicts::new(&tracks);
         let approaches = Approaches::new(network, &tracks, &conflicts);
         let signals = SignalPlan::new(network, &tracks, &conflicts, &approaches);
-        Map { tracks, grid, conflicts, approaches, signals, bodies: Bodies::from_catalogue() }
+        Map {
+            tracks,
+            beside,
+            grid,
+            conflicts,
+            approaches,
+            signals,
+            bodies: Bodies::from_catalogue(),
+        }
     }
 }

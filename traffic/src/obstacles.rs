@@ -99,7 +99,9 @@ fn find_for(
     let own = agents.driven[row] as usize;
     let (body, position) = (&agents.body[own], agents.position[own]);
     let speed = agents.speed(own).max(0.0);
-    let wide = body.is_wide();
+    // Beside a prop, a vehicle may be outside its lane.
+    let passes_prop = vehicles.passes_prop(row);
+    let wide = body.is_wide() || passes_prop;
     let is_patient =
         vehicles.reservation_idle_s[row] <= PATIENCE_S && vehicles.reverse_count[row] == 0;
     let margin_m = if is_patient { MARGIN_M } else { NARROW_M };
@@ -146,7 +148,7 @@ fn find_for(
                 return true;
             }
             if (wide || in_curve(agents.forward[own], forward))
-                && matters(vehicles, row, agents, *other, forward)
+                && (passes_prop || matters(vehicles, row, agents, *other, forward))
             {
                 let leader = Leader {
                     gap_m: ahead_m - STEP_M,
@@ -221,26 +223,52 @@ pub(crate) fn is_way_free(
     agents: &Agents,
     distance_m: f32,
 ) -> bool {
+    touched(vehicles, row, tracks, agents, distance_m, NARROW_M, |_| true).1.is_empty()
+}
+
+/// Returns of the agents that `count`, those that a vehicle would clear by `margin_m` if it drove
+/// `distance_m` along its route and all others stood still, and those that it would not.
+pub(crate) fn touched(
+    vehicles: &VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    distance_m: f32,
+    margin_m: f32,
+    counts: impl Fn(usize) -> bool,
+) -> (Vec<u32>, Vec<u32>) {
     let own = agents.driven[row] as usize;
     let (position, forward) = (agents.position[own], agents.forward[own]);
     let now = Footprint::of(&agents.body[own], position.truncate(), forward).grown(NARROW_M);
     let reach_m = distance_m + 20.0;
-    let near: Vec<Footprint> = (0..agents.count())
+    let mut near: Vec<(u32, Footprint)> = (0..agents.count())
         .filter(|&other| {
             let to = agents.position[other] - position;
-            other != own && to.z.abs() < 3.0 && to.truncate().length_squared() < reach_m * reach_m
+            let is_near = to.truncate().length_squared() < reach_m * reach_m;
+            other != own && is_near && to.z.abs() < 3.0 && counts(other)
         })
         .map(|other| {
             let place = agents.position[other].truncate();
-            Footprint::of(&agents.body[other], place, agents.forward[other])
+            (other as u32, Footprint::of(&agents.body[other], place, agents.forward[other]))
         })
-        .filter(|place| !now.touches(place))
+        .filter(|(_, place)| !now.touches(place))
         .collect();
+    let mut touched = Vec::new();
     let mut course = Course::new(vehicles, row, tracks, agents);
-    (0..(distance_m / STEP_M).ceil() as usize).all(|_| {
-        let place = course.step().grown(NARROW_M);
-        near.iter().all(|other| !place.touches(other))
-    })
+    for _ in 0..(distance_m / STEP_M).ceil() as usize {
+        if near.is_empty() {
+            break;
+        }
+        let place = course.step().grown(margin_m);
+        near.retain(|(other, footprint)| {
+            let touches = place.touches(footprint);
+            if touches {
+                touched.push(*other);
+            }
+            !touches
+        });
+    }
+    (near.into_iter().map(|(other, _)| other).collect(), touched)
 }
 
 /// Returns whether an oncoming wide vehicle is passing that this vehicle has waited for: it moves

@@ -92,6 +92,14 @@ impl Occupancy {
         self.ignored.sort_unstable();
     }
 
+    /// Makes vehicles ignore agents: pairs of both, as indices into the agents.
+    pub(crate) fn ignore(&mut self, pairs: &[(u32, u32)]) {
+        if !pairs.is_empty() {
+            self.ignored.extend_from_slice(pairs);
+            self.ignored.sort_unstable();
+        }
+    }
+
     /// Determines the stretches of tracks that each agent occupies.
     ///
     /// `claims` are (agent, lane, arc length of the origin): stretches of lanes that a vehicle is

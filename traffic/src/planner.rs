@@ -15,10 +15,12 @@ use crate::{
     map::Map,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
-    prop_waits::{PropWait, PropWaits},
+    passing,
+    prop_waits::{self, PropWait},
     route,
     state::{PlannerState, RestoreError},
     vehicle_plan::VehiclePlan,
+    vehicle_table::VehicleTable,
 };
 
 /// Plans for every vehicle on autopilot and every traffic light, one frame at a time.
@@ -32,7 +34,7 @@ pub struct Planner {
     controls: Vec<VehicleControl>,
     lights: Vec<LightState>,
     scratch: Scratch,
-    prop_waits: PropWaits,
+    prop_waits: Vec<PropWait>,
 }
 
 /// Data of one frame; kept to reuse its allocations.
@@ -68,7 +70,7 @@ impl Planner {
             controls: Vec::new(),
             lights: Vec::new(),
             scratch: Scratch::default(),
-            prop_waits: PropWaits::default(),
+            prop_waits: Vec::new(),
         }
     }
 
@@ -92,12 +94,13 @@ impl Planner {
         self.look_ahead();
         self.change_lanes(delta_nanos);
         self.drive(delta_nanos);
-        self.prop_waits.update(
+        prop_waits::find(
             &self.state.vehicles,
             &self.map.tracks,
             &self.scratch.agents,
             &self.scratch.leaders,
             seconds(delta_nanos),
+            &mut self.prop_waits,
         );
         self.plan_lights(actors, delta_nanos);
     }
@@ -115,7 +118,7 @@ impl Planner {
     /// Returns the vehicles that have begun to wait behind a prop which they cannot pass: each wait
     /// once, in the frame in which it has lasted 5 s.
     pub fn new_prop_waits(&self) -> &[PropWait] {
-        self.prop_waits.new_waits()
+        &self.prop_waits
     }
 
     /// Returns the state that a planner needs beside the next snapshot to continue. Equal planners
@@ -239,7 +242,7 @@ impl Planner {
         let scratch = &mut self.scratch;
         let vehicles = &self.state.vehicles;
         scratch.claims.clear();
-        for row in (0..vehicles.id.len()).filter(|&row| vehicles.shift_m[row] != 0.0) {
+        for row in (0..vehicles.id.len()).filter(|&row| claims_lane(vehicles, row)) {
             scratch.claims.push((
                 scratch.agents.driven[row],
                 vehicles.route[row].lane(),
@@ -248,6 +251,8 @@ impl Planner {
         }
         let map = &self.map;
         scratch.occupancy.apply_ignores(&scratch.agents, &self.state.params, draws);
+        let passed = passing::passed_props(vehicles, &map.tracks, &scratch.agents);
+        scratch.occupancy.ignore(&passed);
         scratch.occupancy.rebuild(&map.tracks, &map.grid, &scratch.agents, &scratch.claims);
         obstacles::find(vehicles, &map.tracks, &scratch.agents, &mut scratch.obstacles);
         let (agents, occupancy) = (&scratch.agents, &scratch.occupancy);
@@ -301,7 +306,7 @@ impl Planner {
             let agent = scratch.agents.driven[row] as usize;
             let speed = scratch.agents.speed(agent);
             let curve_speed_factor = scratch.agents.body[agent].curve_speed_factor();
-            let desired = car_following::desired_speed(
+            let mut desired = car_following::desired_speed(
                 vehicles,
                 row,
                 tracks,
@@ -309,6 +314,9 @@ impl Planner {
                 scratch.speed_policies[row],
                 curve_speed_factor,
             );
+            if vehicles.passes_prop(row) {
+                desired = desired.min(passing::SPEED_MPS);
+            }
             scratch.desired_speeds.push(desired);
             scratch.leaders.push(leader::leader(
                 vehicles,
@@ -325,7 +333,7 @@ impl Planner {
         }
     }
 
-    /// Starts U-turns and lane changes.
+    /// Starts U-turns, passes of props and lane changes.
     fn change_lanes(&mut self, delta_nanos: u64) {
         let scratch = &self.scratch;
         for row in 0..self.state.vehicles.id.len() {
@@ -339,6 +347,15 @@ impl Planner {
                 );
             }
         }
+        let view = passing::View {
+            map: &self.map,
+            agents: &scratch.agents,
+            occupancy: &scratch.occupancy,
+            leaders: &scratch.leaders,
+            params: &self.state.params,
+            delta_s: seconds(delta_nanos),
+        };
+        passing::plan(&mut self.state.vehicles, &view);
         let load = route::LaneLoad::count(&self.state.vehicles, &self.map.tracks);
         let view = lane_change::View {
             map: &self.map,
@@ -413,6 +430,11 @@ impl Planner {
             self.lights.push(LightState { actor_id: actor.actor_id, phase });
         }
     }
+}
+
+/// Returns whether a vehicle has claimed its lane though it may not be on it.
+fn claims_lane(vehicles: &VehicleTable, row: usize) -> bool {
+    vehicles.shift_m[row] != 0.0 || vehicles.passes_prop(row)
 }
 
 fn seconds(nanos: u64) -> f32 {

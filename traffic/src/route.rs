@@ -113,6 +113,12 @@ fn advance(
             vehicles.shift_over_m[row] = 0.0;
         }
     }
+    if vehicles.passes_prop(row) {
+        vehicles.pass_done_m[row] = (vehicles.pass_done_m[row] + driven).max(0.0);
+        if vehicles.pass_done_m[row] >= vehicles.pass_hold_m[row] + vehicles.pass_over_m[row] {
+            vehicles.end_pass(row);
+        }
+    }
     let cross_track_m = projection.left_m - shift_at(vehicles, row, 0.0).0;
     let aligned = projection.tangent.dot(agents.forward[agent]);
     if vehicles.u_turn[row] == 1 {
@@ -129,6 +135,7 @@ fn clear_location(vehicles: &mut VehicleTable, row: usize) {
     vehicles.located[row] = 0;
     (vehicles.shift_m[row], vehicles.shift_done_m[row], vehicles.shift_over_m[row]) =
         (0.0, 0.0, 0.0);
+    vehicles.end_pass(row);
     (vehicles.reservation[row], vehicles.reservation_end[row], vehicles.reservation_idle_s[row]) =
         (0, 0, 0.0);
     vehicles.wait_s[row] = 0.0;
@@ -277,17 +284,31 @@ fn draw_turn(tracks: &Tracks, lane: u32, load: &LaneLoad, draws: (u64, u32, u32)
     Some(if is_better { second } else { first })
 }
 
-/// Returns the lateral offset from the route's tracks after `ahead_m` more metres, and its slope: a
-/// quintic blend from where a lane change began.
+/// Returns the lateral offset from the route's tracks after `ahead_m` more metres, and its slope:
+/// quintic blends from where a lane change began, and to the side of a prop and back.
 pub(crate) fn shift_at(vehicles: &VehicleTable, row: usize, ahead_m: f32) -> (f32, f32) {
-    let (shift, over) = (vehicles.shift_m[row], vehicles.shift_over_m[row]);
-    if shift == 0.0 {
-        return (0.0, 0.0);
+    let (mut left_m, mut slope) = (0.0, 0.0);
+    let shift = vehicles.shift_m[row];
+    if shift != 0.0 {
+        let (blend, rise) = blend(vehicles.shift_done_m[row] + ahead_m, vehicles.shift_over_m[row]);
+        (left_m, slope) = (shift * (1.0 - blend), -shift * rise);
     }
-    let u = ((vehicles.shift_done_m[row] + ahead_m) / over).clamp(0.0, 1.0);
-    let blend = u * u * u * (10.0 - 15.0 * u + 6.0 * u * u);
+    if vehicles.passes_prop(row) {
+        let (side, over) = (vehicles.pass_left_m[row], vehicles.pass_over_m[row]);
+        let done = vehicles.pass_done_m[row] + ahead_m;
+        let (out, out_rise) = blend(done, over);
+        let (back, back_rise) = blend(done - vehicles.pass_hold_m[row], over);
+        left_m += side * (out - back);
+        slope += side * (out_rise - back_rise);
+    }
+    (left_m, slope)
+}
+
+/// Returns a quintic blend from 0 to 1 over `over` metres, after `done` metres, and its slope.
+fn blend(done: f32, over: f32) -> (f32, f32) {
+    let u = (done / over).clamp(0.0, 1.0);
     let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / over;
-    (shift * (1.0 - blend), -shift * slope)
+    (u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), slope)
 }
 
 /// Returns the point on the route `ahead_m` after the vehicle's position: its lane and arc length.

@@ -110,10 +110,11 @@ pub(crate) fn steer(
     let (lane, hint_m) = ahead(vehicles, row, tracks, moved + tracking_point_m);
     let projection = tracks.project(lane, position, hint_m);
     let (shift_m, slope) = shift_at(vehicles, row, moved + tracking_point_m);
-    let target_left = shift_m
-        + offset_left_m
-        + wide_offset_left(tracks, lane, hint_m, &agents.body[agent])
-        + evasion_left(vehicles, row);
+    // Beside a prop, only the offset counts that clears it.
+    let aside_m =
+        if vehicles.passes_prop(row) { 0.0 } else { offset_left_m + evasion_left(vehicles, row) };
+    let target_left =
+        shift_m + wide_offset_left(tracks, lane, hint_m, &agents.body[agent]) + aside_m;
     // The curvature is taken a little farther on, because steering follows it with a delay.
     let (lane, arc_m) =
         ahead(vehicles, row, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));

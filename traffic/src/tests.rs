@@ -7,4 +7,5 @@ mod junctions;
 mod lights;
 pub(crate) mod maps;
 mod params;
+mod passing;
 mod restart;

@@ -127,6 +127,17 @@ columns! {
     shift_done_m: f32 = 0.0,
     /// Lane change: distance over which it extends.
     shift_over_m: f32 = 0.0,
+    /// Passing a prop: lateral offset from the lane while the vehicle is beside it.
+    pass_left_m: f32 = 0.0,
+    /// Passing a prop: distance driven since it began.
+    pass_done_m: f32 = 0.0,
+    /// Passing a prop: distance over which the vehicle moves to the side, and over which it returns;
+    /// 0 if it passes none.
+    pass_over_m: f32 = 0.0,
+    /// Passing a prop: distance from the begin after which the vehicle returns.
+    pass_hold_m: f32 = 0.0,
+    /// Time at standstill behind a prop.
+    prop_wait_s: f32 = 0.0,
     /// Time until the next lane change decision.
     change_cooldown_s: f32 = 0.0,
     /// Number of lane change decisions.
@@ -155,6 +166,17 @@ columns! {
 }
 
 impl VehicleTable {
+    /// Returns whether the vehicle of a row passes a prop.
+    pub(crate) fn passes_prop(&self, row: usize) -> bool {
+        self.pass_over_m[row] != 0.0
+    }
+
+    /// Ends the passing of a prop.
+    pub(crate) fn end_pass(&mut self, row: usize) {
+        (self.pass_left_m[row], self.pass_done_m[row]) = (0.0, 0.0);
+        (self.pass_over_m[row], self.pass_hold_m[row]) = (0.0, 0.0);
+    }
+
     /// Returns whether rows ascend and every route lies on a map of `lanes` lanes.
     pub(crate) fn is_sound(&self, lanes: usize) -> bool {
         let ascending = self.id.windows(2).all(|pair| pair[0] < pair[1]);

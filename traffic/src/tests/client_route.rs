@@ -216,14 +216,14 @@ fn a_vehicle_on_a_route_changes_lanes_to_pass_a_prop_and_continues_its_route() {
     let mut course = Course::with_cars(maps::two_lanes(), 1, vec![prop, car]);
     let target = RouteStep::place(on_lane(480.0));
     course.tick_with(&commands_to(ActorId(2), &[target]));
-    let waits = super::driving::drive_at_prop(&mut course, "static.prop.streetbarrier", 25);
+    let waits = super::passing::drive_at_prop(&mut course, "static.prop.streetbarrier", 25);
     let passed = course.cars[1].position;
     assert!(passed.x > 330.0 && waits.is_empty(), "it stands at {passed}, {waits:?}");
     for _ in 0..20 * 60 {
         if course.cars[1].position.x > 479.0 {
             break;
         }
-        super::driving::drive_at_prop(&mut course, "static.prop.streetbarrier", 1);
+        super::passing::drive_at_prop(&mut course, "static.prop.streetbarrier", 1);
     }
     assert!((course.cars[1].position.y + 1.75).abs() < 1.0, "{}", course.cars[1].position);
 }

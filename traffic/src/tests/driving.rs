@@ -1,7 +1,6 @@
 //! Lane keeping, car following, and a town with many vehicles.
 
 use glam::Vec3;
-use protocol::{flag, kind};
 
 use super::course::{Car, Course};
 use super::maps;
@@ -112,73 +111,4 @@ fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
     let wheels_rad = steer * 0.6 * 0.84;
     let sideways_mps2 = 15.0f32.powi(2) * wheels_rad.tan() / scooter.wheelbase_m;
     assert!((2.0..5.5).contains(&sideways_mps2), "{sideways_mps2} at a steer of {steer}");
-}
-
-/// Lets a car drive for a while towards a prop, which is vehicle 0 of the course; returns the waits
-/// that were reported.
-pub(super) fn drive_at_prop(
-    course: &mut Course,
-    blueprint: &str,
-    seconds: u32,
-) -> Vec<crate::PropWait> {
-    let (blueprint, _) = town::blueprint(blueprint).unwrap();
-    let mut waits = Vec::new();
-    for _ in 0..20 * seconds {
-        let prop = &mut course.actors[0];
-        (prop.kind, prop.blueprint, prop.flags) = (kind::PROP, blueprint, flag::KINEMATIC);
-        course.tick();
-        waits.extend_from_slice(course.planner.new_prop_waits());
-    }
-    waits
-}
-
-#[test]
-fn a_vehicle_changes_lanes_to_pass_a_prop() {
-    let prop = Car { parked: true, ..car(300.0, 0.0) };
-    // From a distance, and from a standstill close to it, where no vehicle changes lanes to drive
-    // faster.
-    for (x, speed) in [(100.0, 10.0), (284.0, 0.0)] {
-        let cars = vec![prop.clone(), car(x, speed)];
-        let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
-        let waits = drive_at_prop(&mut course, "static.prop.streetbarrier", 40);
-        let passed = course.cars[1].position;
-        assert!(passed.x > 330.0 || passed.y > 10.0, "from {x} m: it stands at {passed}");
-        assert_eq!((waits, course.cars[1].longest_stand_s < 1.5), (vec![], true), "from {x} m");
-    }
-}
-
-#[test]
-fn a_vehicle_that_waited_behind_a_prop_passes_it_when_the_lane_beside_is_free() {
-    let prop = Car { parked: true, ..car(300.0, 0.0) };
-    let beside =
-        |x: f32| Car { position: Vec3::new(x, -5.25, 0.0), parked: true, ..Car::default() };
-    let cars = vec![prop, car(250.0, 5.0), beside(275.0), beside(285.0), beside(295.0)];
-    let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
-    let waits = drive_at_prop(&mut course, "static.prop.streetbarrier", 40);
-    assert!(course.cars[1].position.x < 300.0 && course.cars[1].speed < 0.1);
-    let wait = crate::PropWait { vehicle: 2, prop: 1, has_lane_beside: true };
-    assert_eq!(waits, [wait], "one report for one wait");
-    for parked in &mut course.cars[2..] {
-        parked.position.y = -500.0;
-    }
-    drive_at_prop(&mut course, "static.prop.streetbarrier", 30);
-    let passed = course.cars[1].position;
-    assert!(passed.x > 320.0, "it stands at {passed}");
-}
-
-#[test]
-fn a_vehicle_waits_behind_a_prop_that_it_cannot_pass_and_drives_over_a_flat_one() {
-    let drive = |blueprint: &str| {
-        let prop = Car { parked: true, ..car(200.0, 0.0) };
-        let cars = vec![prop, car(100.0, 10.0)];
-        let mut course = Course::with_cars(maps::straight(1000.0), 1, cars);
-        let waits = drive_at_prop(&mut course, blueprint, 40);
-        (waits, course.cars[1].position.x)
-    };
-    let (waits, x) = drive("static.prop.streetbarrier");
-    assert_eq!(waits, [crate::PropWait { vehicle: 2, prop: 1, has_lane_beside: false }]);
-    assert!((190.0..199.0).contains(&x), "{x}");
-    let (waits, x) = drive("static.prop.dirtdebris01");
-    assert_eq!(waits, []);
-    assert!(x > 400.0, "{x}");
 }

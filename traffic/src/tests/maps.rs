@@ -16,6 +16,14 @@ pub(super) fn straight(length_m: f64) -> Arc<Network> {
     parse(&road)
 }
 
+/// Returns a straight road as [`straight`], with a continuous line between the lanes.
+pub(super) fn straight_with_solid_line(length_m: f64) -> Arc<Network> {
+    let line = r#"<lane id="0" type="none" level="false"><roadMark sOffset="0" type="solid"
+        weight="standard" color="standard" width="0.12" laneChange="none"/></lane>"#;
+    let road = road("1", "-1", (0.0, 0.0, 0.0, length_m), "", true);
+    parse(&road.replace(r#"<lane id="0" type="none" level="false"/>"#, line))
+}
+
 /// Returns a crossing of four arms of 150 m around the origin, with a lane each way and neither
 /// lights nor signs.
 ///
