@@ -20,11 +20,21 @@ OSM = """<osm version="0.6">
 def files_of_maps(c):
     folder = tempfile.mkdtemp()
     assert c.client.set_files_base_folder(folder)
-    files = c.client.get_required_files("", False)
-    assert list(files) == []
-    works("Client.set_files_base_folder", "an existing folder is accepted")
-    differs("Client.get_required_files", "an empty list: the package needs no file of a map")
-    refuses("unknown file", {"Client.request_file": lambda: c.client.request_file("Town01.bin")})
+    files = list(c.client.get_required_files("", False))
+    assert [name.split("/")[2] for name in files] == ["OpenDrive", "Nav"], files
+    assert list(c.client.get_required_files("Nav", False)) == files[1:]
+    assert list(c.client.get_required_files("TM", False)) == []
+    c.client.request_file(files[0])
+    stored = {os.path.join(at, name): name for at, _, names in os.walk(folder) for name in names}
+    assert [f"Carla/Maps/OpenDrive/{name}" for name in stored.values()] == files[:1], stored
+    with open(next(iter(stored)), encoding="utf-8") as text:
+        assert text.read() == c.map.to_opendrive()
+    works("Client.set_files_base_folder Client.request_file",
+          "the map's text was stored below the given folder")
+    differs("Client.get_required_files", "the map's text and its navigation mesh; CARLA's third "
+            "file is a cache of its own traffic manager")
+    refuses("unknown file",
+            {"Client.request_file:unknown": lambda: c.client.request_file("Town01.bin")})
     # The package has no call that returns to its own folder; nothing is read from this one.
     c.client.set_files_base_folder(os.environ["CARLA_CACHE_DIR"])
     shutil.rmtree(folder)

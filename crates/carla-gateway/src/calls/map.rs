@@ -6,6 +6,7 @@ use crate::{
     args::RpcError,
     blueprints,
     calls::call::{Call, StaticCall},
+    statics::Statics,
     wire::{Bounds, write_transform},
 };
 
@@ -34,24 +35,34 @@ pub(super) fn open_drive(call: &mut StaticCall) -> Result<(), RpcError> {
     Ok(())
 }
 
-/// Returns the names of files that clients store on their own disk: the navigation mesh.
+/// Returns the files of the map that clients store on their own disk, with their names: the map's
+/// text and the navigation mesh. CARLA's third one is a cache of its own traffic manager.
+fn map_files(statics: &Statics) -> Vec<(String, &[u8])> {
+    let text = statics.readable_open_drive();
+    let mut files =
+        vec![(format!("{FOLDER}OpenDrive/{}.xodr", statics.map_name()), text.as_bytes())];
+    files.extend(statics.navigation().map(|file| (file.name.clone(), &file.file[..])));
+    files
+}
+
+/// Returns the names of the map's files in a folder of its own; an empty one stands for all.
 pub(super) fn files(call: &mut StaticCall) -> Result<(), RpcError> {
-    let folder = call.args.text()?;
-    match call.statics.navigation().filter(|_| folder.contains("Nav")) {
-        Some(navigation) => call.out.list(1).text(&navigation.name),
-        None => call.out.list(0),
-    };
+    let folder = call.args.text()?.trim_matches('/');
+    let mut files = map_files(&call.statics);
+    files.retain(|(name, _)| name.contains(folder));
+    call.out.list(files.len());
+    for (name, _) in &files {
+        call.out.text(name);
+    }
     Ok(())
 }
 
 pub(super) fn file(call: &mut StaticCall) -> Result<(), RpcError> {
-    let name = call.args.text()?;
-    let statics = &call.statics;
-    let navigation = statics
-        .navigation()
-        .filter(|navigation| navigation.name.ends_with(name) && !name.is_empty());
-    let navigation = navigation.ok_or_else(|| RpcError::from(format!("unknown file {name:?}")))?;
-    call.out.bin(&navigation.file);
+    let wanted = call.args.text()?;
+    let files = map_files(&call.statics);
+    let found = files.iter().find(|(name, _)| !wanted.is_empty() && name.ends_with(wanted));
+    let (_, file) = found.ok_or_else(|| RpcError::from(format!("unknown file {wanted:?}")))?;
+    call.out.bin(file);
     Ok(())
 }
 
