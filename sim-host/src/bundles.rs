@@ -71,6 +71,11 @@ impl Bundles {
         Ok(())
     }
 
+    /// Returns whether there is no bundle.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.mounted.is_empty()
+    }
+
     /// Returns every bundle.
     pub(crate) fn all(&self) -> Vec<BundleId> {
         self.those(|_| true)

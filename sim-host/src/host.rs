@@ -105,6 +105,7 @@ impl Host {
             early: 0,
             tick: TickTimes::default(),
             is_ticking: false,
+            prefers_latency: false,
             deferred: Vec::new(),
             episode_number: FIRST_EPISODE,
             cache,
@@ -137,7 +138,6 @@ impl Host {
     ///
     /// A stage died and is not restarted, or the bus fails.
     pub fn run(mut self) -> Result<Frame, HostError> {
-        bus::prefer_latency();
         let ended = self.serve();
         let frame = self.frame();
         self.shell.supervisor.shut_down();

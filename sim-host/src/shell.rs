@@ -106,6 +106,8 @@ pub(crate) struct Shell {
     pub tick: TickTimes,
     /// Whether a tick is in progress; commands that belong between two frames are then deferred.
     pub is_ticking: bool,
+    /// Whether this thread runs as soon as it is woken: while there are sensors to be measured.
+    pub prefers_latency: bool,
     /// Commands that came with a tick and belong between two frames.
     pub deferred: Vec<Request>,
     /// Number of the current episode.
@@ -325,6 +327,10 @@ impl Shell {
         let planned = self.planned();
         self.keyframes.close(stamp, entries, planned);
         self.record(sim, &header, &kept);
+        if self.prefers_latency == self.bundles.is_empty() {
+            self.prefers_latency = !self.prefers_latency;
+            bus::prefer_latency(self.prefers_latency);
+        }
         self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);
         Ok(())

@@ -18,7 +18,7 @@
 //! A process that is killed while it sleeps leaves `sleepers` one too high, which costs one system call
 //! per write.
 
-use std::{cell::Cell, time::Duration};
+use std::time::Duration;
 
 use super::atoms::{
     AtomicU32, AtomicU64, Ordering, fence, now_nanos, sleep_on, wake_all, yield_core,
@@ -57,18 +57,11 @@ impl Strategy {
 /// A yield that takes longer gave the core to a thread that computes. Nanoseconds.
 const LONG_YIELD_NANOS: u64 = 100_000;
 
-/// How long a thread sleeps at once after such a yield. Nanoseconds.
-const BUSY_CORE_NANOS: u64 = 20_000_000;
-
-thread_local! {
-    static BUSY_UNTIL: Cell<u64> = const { Cell::new(0) };
-}
-
 /// The time for which a waiter spins.
 ///
 /// A waiter that yields to a thread that computes, one of the renderer for instance, gets the core back
 /// after that thread's time slice of several milliseconds; a sleeping waiter is woken at once. So
-/// spinning ends with the first long yield, and for some time this thread does not spin.
+/// spinning ends with the first long yield.
 #[derive(Debug)]
 pub struct Spin {
     until_nanos: u64,
@@ -82,19 +75,14 @@ impl Spin {
             return None;
         }
         let now_nanos = now_nanos();
-        let until_nanos = now_nanos + strategy.spin_nanos;
-        (now_nanos >= BUSY_UNTIL.get()).then_some(Spin { until_nanos, now_nanos })
+        Some(Spin { until_nanos: now_nanos + strategy.spin_nanos, now_nanos })
     }
 
     /// Yields the core. Returns whether spinning goes on.
     pub fn goes_on(&mut self) -> bool {
         yield_core();
         let before = std::mem::replace(&mut self.now_nanos, now_nanos());
-        if self.now_nanos - before > LONG_YIELD_NANOS {
-            BUSY_UNTIL.set(self.now_nanos + BUSY_CORE_NANOS);
-            return false;
-        }
-        self.now_nanos <= self.until_nanos
+        self.now_nanos <= self.until_nanos && self.now_nanos - before <= LONG_YIELD_NANOS
     }
 }
 

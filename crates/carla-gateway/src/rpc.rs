@@ -74,7 +74,7 @@ pub(crate) fn serve<C: Handler>(
             count.fetch_add(1, Ordering::Relaxed);
             let (handler, inner) = (Arc::clone(&handler), Arc::clone(&count));
             let serve_connection = move || {
-                prefer_latency();
+                prefer_latency(true);
                 if let Err(e) = serve_connection(&stream, &peer, strategy, &*handler) {
                     log::warn!("{name}: {} is disconnected: {e}", peer.address);
                 }
