@@ -118,9 +118,10 @@ fn beside_image(
         ("actor", "carla.actor_beside_image", "an actor's physics control"),
         ("manager", "carla.manager_beside_image", "a setting of the Traffic Manager"),
     ] {
+        let job = format!("{job}:{}", car.0);
         let (mut disturbed, mut alone) = (Vec::new(), Vec::new());
         for _ in 0..rounds {
-            alone.push(official_package(port, job, calls)?);
+            alone.push(official_package(port, &job, calls)?);
             let is_over = AtomicBool::new(false);
             disturbed.push(std::thread::scope(|scope| {
                 let ticking = std::thread::Builder::new().name("ticks".into()).spawn_scoped(
@@ -132,7 +133,7 @@ fn beside_image(
                         Ok(())
                     },
                 )?;
-                let measured = official_package(port, job, calls);
+                let measured = official_package(port, &job, calls);
                 is_over.store(true, Ordering::Relaxed);
                 ticking.join().map_err(|_| anyhow::anyhow!("the ticking thread panicked"))??;
                 measured
