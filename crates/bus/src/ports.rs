@@ -9,8 +9,8 @@ use crate::{
     snapshot::{SnapshotReader, SnapshotWriter},
 };
 use protocol::{
-    BatchHeader, Block, BundleHeader, BundleId, JournalEntry, JournalHeader, Page, Query,
-    QueryHeader, RawCommand, Response, SnapshotHeader, TrafficHeader, VehicleControl,
+    BatchHeader, Block, BundleHeader, BundleId, JOURNAL_PART_MAX, JournalEntry, JournalHeader,
+    Page, Query, QueryHeader, RawCommand, Response, SnapshotHeader, TrafficHeader, VehicleControl,
 };
 
 /// Initial capacity of a snapshot and of traffic's message in blocks of 64 bytes.
@@ -93,8 +93,10 @@ impl HostPorts {
                 true,
                 2,
             )?),
-            outcome: node.writer(row("outcome"), "outcome", 4, true, 2)?,
-            journal: node.writer(row("journal"), "journal", 4, true, 2)?,
+            // Parts of a fixed room: the connection to a reader of a channel that grows has 256 bytes
+            // for each message that may exist.
+            outcome: node.writer(row("outcome"), "outcome", JOURNAL_PART_MAX, false, 2)?,
+            journal: node.writer(row("journal"), "journal", JOURNAL_PART_MAX, false, 2)?,
             resume: node.writer(row("resume"), "resume", BLOCKS_AT_FIRST, true, 1)?,
             command: node.reader(row("command"), "command")?,
             control: node.reader(row("control"), "control")?,

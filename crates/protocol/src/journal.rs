@@ -21,7 +21,7 @@ pub struct JournalEntry {
 const _: () = assert!(size_of::<JournalEntry>() == 448);
 
 /// The most entries in one part of a journal: a longer journal has several parts.
-pub const JOURNAL_PART_MAX: usize = 128;
+pub const JOURNAL_PART_MAX: usize = 64;
 
 /// Header of one part of a frame's journal, on the channel of the stages, or of the outcomes that
 /// clients wait for.
