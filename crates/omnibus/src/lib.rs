@@ -116,25 +116,6 @@ pub fn main() -> std::process::ExitCode {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_help_of_stage_says_which_options_only_tick_takes() {
-        let mut command = command();
-        let help = command.find_subcommand_mut("stage").unwrap().render_long_help().to_string();
-        let heading = help.find(stage::TICK_ONLY).unwrap();
-        for option in launch::SIMULATOR_OPTIONS {
-            let at = help.find(&format!("--{option}")).unwrap();
-            assert!(at > heading, "--{option} is listed as an option of every stage:\n{help}");
-            let line = ["omnibus", "stage", "tick", "--name", "a"].map(Into::into);
-            assert!(check_args(line).is_ok());
-        }
-        assert!(help.find("--frames").unwrap() < heading);
-    }
-}
-
 /// Exit code of a process for which there was no memory behind a mapped page.
 const EXIT_NO_MEMORY: i32 = 74;
 
@@ -153,4 +134,23 @@ fn explain_full_memory() -> anyhow::Result<()> {
     // SAFETY: write(2) and _exit(2) are safe in a signal handler, and nothing is allocated.
     let registered = unsafe { signal_hook::low_level::register(signal_hook::consts::SIGBUS, end) };
     registered.map(drop).context("signal handler")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_help_of_stage_says_which_options_only_tick_takes() {
+        let mut command = command();
+        let help = command.find_subcommand_mut("stage").unwrap().render_long_help().to_string();
+        let heading = help.find(stage::TICK_ONLY).unwrap();
+        for option in launch::SIMULATOR_OPTIONS {
+            let at = help.find(&format!("--{option}")).unwrap();
+            assert!(at > heading, "--{option} is listed as an option of every stage:\n{help}");
+            let line = ["omnibus", "stage", "tick", "--name", "a"].map(Into::into);
+            assert!(check_args(line).is_ok());
+        }
+        assert!(help.find("--frames").unwrap() < heading);
+    }
 }
