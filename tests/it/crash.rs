@@ -3,16 +3,15 @@
 use std::sync::OnceLock;
 
 use bus::Role;
-use client_lib::{
-    Client, Command, Pose, SensorBundle, Spawn, TrafficParam,
-    wire::{Settings, camera},
-};
+use client_lib::{Client, Command, Pose, SensorBundle, Spawn, TrafficParam, wire::camera};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use protocol::{ActorId, output};
 use rustix::process::Signal;
 
-use crate::kit::{Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes};
+use crate::kit::{
+    Sim, eventually, is_soak, kill, lives, omnibus, resident_bytes, run_asynchronously,
+};
 
 /// Deaths at each point.
 fn deaths_wanted() -> usize {
@@ -377,13 +376,7 @@ fn a_stopped_stage_of_an_asynchronous_world_is_started_again() {
     let mut client = sim.client("watcher");
     let place = client.spawn_points().unwrap()[0];
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place).autopilot()).unwrap();
-    let settings = Settings {
-        synchronous: 0,
-        delta_nanos: 10_000_000,
-        real_time_permille: 1000,
-        ..client.wire_settings()
-    };
-    client.apply_wire_settings(settings).unwrap();
+    run_asynchronously(&mut client);
     for role in [Role::Traffic, Role::Render] {
         let stopped = sim.pid(role).unwrap();
         kill(stopped, Signal::STOP);

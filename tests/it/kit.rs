@@ -13,7 +13,7 @@ use std::{
 };
 
 use bus::Role;
-use client_lib::{Client, Instance};
+use client_lib::{Client, Instance, wire::Settings};
 use rustix::process::{Pid, Signal, kill_process};
 
 /// Simulated time of a tick.
@@ -275,6 +275,17 @@ pub(crate) fn eventually(what: &str, mut is_so: impl FnMut() -> bool) {
         std::thread::sleep(std::time::Duration::from_millis(10));
     }
     panic!("{what} did not come about within a minute");
+}
+
+/// Lets the world run on its own clock, in steps of 10 ms at the speed of real time.
+pub(crate) fn run_asynchronously(client: &mut Client) {
+    let settings = Settings {
+        synchronous: 0,
+        delta_nanos: 10_000_000,
+        real_time_permille: 1000,
+        ..client.wire_settings()
+    };
+    client.apply_wire_settings(settings).unwrap();
 }
 
 /// Starts a thread of a test.

@@ -7,7 +7,7 @@ use client_lib::{
 use glam::{Quat, Vec3};
 use protocol::{ActorId, output};
 
-use crate::kit::{DELTA_NANOS, Sim};
+use crate::kit::{DELTA_NANOS, Sim, run_asynchronously};
 
 fn lookout(client: &mut Client) -> client_lib::SensorBundle {
     let at = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
@@ -64,13 +64,7 @@ fn a_slow_renderer_does_not_slow_an_asynchronous_world_and_shows_complete_frames
     let sim = Sim::start_with(&[], &slow);
     let mut client = sim.client("watcher");
     let mut bundle = lookout(&mut client);
-    let settings = Settings {
-        synchronous: 0,
-        delta_nanos: 10_000_000,
-        real_time_permille: 1000,
-        ..client.wire_settings()
-    };
-    client.apply_wire_settings(settings).unwrap();
+    run_asynchronously(&mut client);
     let from = client.await_frame().unwrap();
     let mut frames = Vec::new();
     while frames.len() < 20 {

@@ -374,7 +374,7 @@ mod tests {
             assert!(streams.has_room(7, 5));
             streams.publish(7, Arc::new(vec![1, 0, 0, 0, content]));
         }
-        assert!(!streams.has_room(8, 5), "nobody has requested this stream");
+        assert!(!streams.has_room(8, 5), "no client has requested this stream");
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let address = listener.local_addr().unwrap();
         streams.serve(listener).unwrap();

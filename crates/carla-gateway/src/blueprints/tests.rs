@@ -18,7 +18,7 @@ const MEANT: [&str; 7] = [
     // All vehicles have lamps here, and those with doors open them.
     "vehicle: has_lights is",
     "vehicle: has_dynamic_doors is",
-    // Nobody sits in a wheelchair.
+    // No walker here uses a wheelchair.
     "walker: use_wheelchair is",
     "walker: can_use_wheelchair is",
 ];
