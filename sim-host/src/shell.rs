@@ -77,8 +77,11 @@ pub enum OnStall {
 
 /// Longest sleep of an idle host before it checks its participants.
 pub(crate) const IDLE_NANOS: u64 = 100_000_000;
-/// Longest start of a stage, which builds its own copy of the town.
+/// A stage that starts, or builds its copy of another town, has failed when its process has used no
+/// processor time for this long. On a loaded machine the start may take any time.
 pub(crate) const START_NANOS: u64 = 60_000_000_000;
+/// Time between two log lines about a stage that has not started.
+const START_LOG_NANOS: u64 = 20_000_000_000;
 
 /// The host process around the simulation core.
 pub(crate) struct Shell {
@@ -400,22 +403,36 @@ impl Shell {
         Ok(header)
     }
 
-    /// Waits until every stage has joined.
+    /// Waits until every stage has joined, as long as those that have not use their processor.
     pub(crate) fn await_stages(&mut self) -> Result<(), HostError> {
-        let deadline = clock::now_nanos() + START_NANOS;
+        let begun = clock::now_nanos();
+        let mut log_nanos = begun + START_LOG_NANOS;
+        // The processor time of the stage that is awaited, and when it last increased.
+        let mut progress = (None, begun);
         loop {
             self.service_slots()?;
-            let all = (1u64 << self.roles.len()) - 1;
-            if self.control.alive() & all == all || self.is_stopped() {
+            let alive = self.control.alive();
+            let missing = self.roles.iter().find(|(slot, _)| alive & 1 << **slot == 0);
+            let Some((&slot, role)) = missing.filter(|_| !self.is_stopped()) else {
                 return Ok(());
-            }
-            if clock::now_nanos() > deadline {
-                let missing =
-                    self.roles.iter().find(|(slot, _)| self.control.alive() & 1 << **slot == 0);
-                return Err(HostError::Start {
-                    role: missing.map_or("a stage", |(_, role)| role.name()),
-                    why: format!("it was not ready after {} s", START_NANOS / 1_000_000_000),
-                });
+            };
+            let now = clock::now_nanos();
+            if now > log_nanos.min(progress.1 + START_NANOS) {
+                let used = self.supervisor.processor_ticks(slot);
+                if used.is_none() || progress.0 != Some((slot, used)) {
+                    progress = (Some((slot, used)), now);
+                } else if now > progress.1 + START_NANOS {
+                    let idle = START_NANOS / 1_000_000_000;
+                    let why = format!("its process has used no processor time for {idle} s");
+                    return Err(HostError::Start { role: role.name(), why });
+                }
+                log::info!(
+                    "{} {} is starting, for {} s now; is the machine loaded?",
+                    self.barrier.frame().0,
+                    role.name(),
+                    (now - begun) / 1_000_000_000
+                );
+                log_nanos = now + START_LOG_NANOS;
             }
             self.control
                 .host
@@ -434,8 +451,16 @@ impl Shell {
         self.await_all(frame, self.config.deadline_nanos, 0, serve)
     }
 
+    /// Returns the processor time of the stages in `mask` that have not arrived, in clock ticks.
+    fn processor_ticks(&self, mask: u64) -> u64 {
+        let missing = self.barrier.missing() & mask;
+        let slots = self.roles.keys().filter(|slot| missing & 1 << **slot != 0);
+        slots.filter_map(|slot| self.supervisor.processor_ticks(*slot)).sum()
+    }
+
     /// Waits until all participants have arrived at `frame`; in asynchronous mode, until those of
-    /// `mask` have.
+    /// `mask` have. The stages of `mask` may take longer than `timeout_nanos` while they use their
+    /// processor.
     fn await_all(
         &mut self,
         frame: Frame,
@@ -445,6 +470,7 @@ impl Shell {
     ) -> Result<Verdict, HostError> {
         let is_synchronous = self.settings.synchronous != 0;
         let mut deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
+        let mut used = self.processor_ticks(mask);
         let mut last_count = self.control.host.count();
         loop {
             let members: Vec<_> = self.barrier.slots().collect();
@@ -452,6 +478,11 @@ impl Shell {
                 self.barrier.arrive(slot, self.control.slot(slot).ack());
             }
             let now = clock::now_nanos();
+            if deadline.is_some_and(|d| now >= d) && self.processor_ticks(mask) != used {
+                // Stages that build a town are waited for as long as they work on it.
+                used = self.processor_ticks(mask);
+                deadline = timeout_nanos.map(|d| now + d);
+            }
             let has_stages = !is_synchronous && self.barrier.missing() & mask == 0;
             let is_late = has_stages || deadline.is_some_and(|d| now >= d);
             let verdict = self.barrier.verdict(is_late);

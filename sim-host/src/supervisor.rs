@@ -125,6 +125,15 @@ impl Supervisor {
         }
     }
 
+    /// Returns the processor time that the process of a stage has used, in clock ticks of 10 ms; `None`
+    /// for a thread, whose time is not known apart from that of its process.
+    pub(crate) fn processor_ticks(&self, slot: usize) -> Option<u64> {
+        match self.stages.get(&slot) {
+            Some(Stage::Process(child)) => process::processor_ticks(child.id()),
+            Some(Stage::Thread(_)) | None => None,
+        }
+    }
+
     /// Watches a process that the host did not start. Returns whether it is alive.
     pub(crate) fn watch(&self, slot: usize) -> bool {
         let words = self.control.slot(slot);

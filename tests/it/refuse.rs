@@ -315,3 +315,34 @@ fn a_full_disk_ends_a_collection_with_one_error_and_complete_frames() {
     assert!(!went_well);
     names(&said, &["the disk is full", "of 500 frames are complete", "--resume"]);
 }
+
+/// Runs the program under test in a shell, after `before`.
+fn after(before: &str, args: &[&str]) -> (bool, String) {
+    let program = env!("CARGO_BIN_EXE_role");
+    let mut shell = std::process::Command::new("sh");
+    shell.args(["-c", &format!("{before}; exec \"$0\" \"$@\""), program]).args(args);
+    shell.env("OMNIBUS_CACHE", std::env::temp_dir().join("omnibus-it-cache"));
+    let output = shell.output().unwrap();
+    (output.status.success(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+#[test]
+fn too_few_open_files_are_refused_by_their_limit() {
+    let scratch = Scratch::new();
+    let out = scratch.path().join("a.mcap");
+    let record = ["record", "--map", small_map(), "--device", "cpu", "--frames", "3", "--out"];
+    let record = [&record[..], &[out.to_str().unwrap()]].concat();
+    let (went_well, said) = after("ulimit -n 64", &record);
+    assert!(!went_well);
+    names(&said, &["needs 256 open files", "64 are allowed", "ulimit -n 256"]);
+    assert_eq!(said.lines().count(), 1, "{said}");
+    // A soft limit is raised.
+    let (went_well, said) = after("ulimit -S -n 64", &record);
+    assert!(went_well, "{said}");
+
+    let sim = Sim::start(&[]);
+    let (went_well, said) = after("ulimit -n 12", &["client", sim.instance().id(), "3"]);
+    assert!(!went_well);
+    names(&said, &["may have 12 files open (ulimit -n)"]);
+    sim.end();
+}

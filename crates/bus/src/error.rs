@@ -1,5 +1,7 @@
 use std::fmt::Debug;
 
+use crate::process;
+
 /// An error of the transport.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum BusError {
@@ -12,6 +14,16 @@ pub enum BusError {
         name: String,
         /// The transport's error.
         why: String,
+    },
+    /// A channel could not be opened because this process has as many files open as it may.
+    #[error(
+        "channel {name:?} cannot be opened: this process may have {limit} files open (ulimit -n), and has; raise the limit"
+    )]
+    OpenFiles {
+        /// The channel.
+        name: String,
+        /// The largest number of open files.
+        limit: u64,
     },
     /// A port could not be created or used.
     #[error("{what} {name:?}: {why}")]
@@ -76,6 +88,14 @@ impl BusError {
     /// Whether the error is that the channel does not exist.
     pub fn is_missing_channel(&self) -> bool {
         matches!(self, BusError::Channel { why, .. } if why == "DoesNotExist")
+    }
+
+    pub(crate) fn channel(name: &str, why: impl Debug) -> BusError {
+        let name = name.to_owned();
+        match process::exhausted_file_limit() {
+            Some(limit) => BusError::OpenFiles { name, limit },
+            None => BusError::Channel { name, why: format!("{why:?}") },
+        }
     }
 
     pub(crate) fn port(what: &'static str, name: &str, why: impl Debug) -> BusError {

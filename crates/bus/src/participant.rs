@@ -11,7 +11,8 @@ use crate::{
 };
 use protocol::{Frame, Name};
 
-/// How long a process that joins waits for the host to admit it.
+/// A process that joins gives up when the host has used no processor time for this long. A host that
+/// builds a map, or shares its processor with many others, may take longer to admit it.
 pub const ADMISSION_SECS: u64 = 60;
 
 /// How long a stage waits for the journal before it wakes the host again. Nanoseconds.
@@ -82,22 +83,28 @@ impl Participant {
     }
 
     fn await_state(&self, state: SlotState) -> Result<(), BusError> {
-        let deadline = clock::now_nanos() + ADMISSION_SECS * 1_000_000_000;
         let reached = || self.words().state() >= state;
-        self.control
-            .complete
-            .wait(u64::MAX, self.strategy, Some(deadline), || reached() || self.is_over());
-        if self.is_over() {
-            return Err(BusError::HostEnds);
+        let host = self.control.host_process().0;
+        loop {
+            let used = process::processor_ticks(host);
+            let deadline = clock::now_nanos() + ADMISSION_SECS * 1_000_000_000;
+            self.control
+                .complete
+                .wait(u64::MAX, self.strategy, Some(deadline), || reached() || self.is_over());
+            if self.is_over() {
+                return Err(BusError::HostEnds);
+            }
+            if reached() {
+                return Ok(());
+            }
+            if process::processor_ticks(host) == used {
+                return Err(BusError::Instance(format!(
+                    "simulator {:?} did not admit this process, and its host, process {host}, has \
+                     used no processor time for {ADMISSION_SECS} s; is it stopped?",
+                    self.instance.id(),
+                )));
+            }
         }
-        if reached() {
-            return Ok(());
-        }
-        Err(BusError::Instance(format!(
-            "simulator {:?} did not admit this process within {} s; is its host alive?",
-            self.instance.id(),
-            ADMISSION_SECS
-        )))
     }
 
     /// Opens the node of this participant.

@@ -163,7 +163,7 @@ fn service<S: Service, H: Header, T: Element>(
     name: &str,
     create: Option<usize>,
 ) -> Result<Factory<S, H, T>, BusError> {
-    let refuse = |e: &dyn Debug| BusError::Channel { name: name.to_owned(), why: format!("{e:?}") };
+    let refuse = |e: &dyn Debug| BusError::channel(name, e);
     let service_name = ServiceName::new(name).map_err(|e| refuse(&e))?;
     let borrowed_max = create.unwrap_or(1);
     let builder = node

@@ -4,7 +4,7 @@ use std::os::fd::OwnedFd;
 
 use rustix::{
     event::{PollFd, PollFlags, poll},
-    process::{Pid, PidfdFlags, pidfd_open},
+    process::{Pid, PidfdFlags, Resource, getrlimit, pidfd_open},
 };
 
 /// The id of this process.
@@ -28,6 +28,16 @@ fn stat_field(pid: u32, number: usize) -> Option<u64> {
     // The second field is the command in brackets and may hold any byte.
     let (_, after) = stat.rsplit_once(')')?;
     after.split_whitespace().nth(number - 3)?.parse().ok()
+}
+
+/// The largest number of files that this process may have open, if it has nearly as many open: the
+/// transport does not report why it cannot open another.
+pub(crate) fn exhausted_file_limit() -> Option<u64> {
+    /// Files that the transport closes again before it reports an error.
+    const SPARE: u64 = 4;
+    let limit = getrlimit(Resource::Nofile).current?;
+    let open = std::fs::read_dir("/proc/self/fd").map_or(limit, |files| files.count() as u64);
+    (open + SPARE >= limit).then_some(limit)
 }
 
 /// A descriptor that becomes readable when process `pid`, started at `start_time`, ends; `None` if it has

@@ -15,6 +15,7 @@ use std::{
 use anyhow::{Context, anyhow};
 use bus::{Instance, Role, Strategy};
 use protocol::{Episode, Settings};
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use sensor_render::{MeshList, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, OnStall, Stage};
 
@@ -171,6 +172,7 @@ impl WorldArgs {
 
     /// Starts a host that runs until `stop` is set.
     pub(crate) fn host(&self, settings: Settings, stop: Arc<AtomicBool>) -> anyhow::Result<Host> {
+        raise_file_limit()?;
         let strategy = Strategy::by_name(&self.wait)
             .ok_or_else(|| anyhow!("--wait {:?}: use latency, balanced or batch", self.wait))?;
         if !(0.0..=1e6).contains(&self.deadline_secs) {
@@ -199,6 +201,27 @@ impl WorldArgs {
         };
         Ok(Host::start(config, launcher)?)
     }
+}
+
+/// Files that a host, its stages and their clients may have open. A host alone has about 80.
+const OPEN_FILES_MIN: u64 = 256;
+/// Room for hundreds of clients and connections.
+const OPEN_FILES_WANTED: u64 = 1 << 16;
+
+/// Raises the limit of open files of this process, and so of the stages that it starts.
+fn raise_file_limit() -> anyhow::Result<()> {
+    let Rlimit { current, maximum } = getrlimit(Resource::Nofile);
+    let wanted = maximum.unwrap_or(OPEN_FILES_WANTED).min(OPEN_FILES_WANTED);
+    anyhow::ensure!(
+        wanted >= OPEN_FILES_MIN,
+        "a simulator needs {OPEN_FILES_MIN} open files in each process, and {wanted} are allowed; \
+         raise the limit (ulimit -n {OPEN_FILES_MIN})"
+    );
+    if current.is_some_and(|current| current < wanted) {
+        let limit = Rlimit { current: Some(wanted), maximum };
+        setrlimit(Resource::Nofile, limit).context("limit of open files")?;
+    }
+    Ok(())
 }
 
 fn render_config(

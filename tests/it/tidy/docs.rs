@@ -171,7 +171,7 @@ fn every_python_block_of_the_documentation_compiles() {
 #[test]
 fn limits_in_the_documentation_are_those_of_the_code() {
     let page = |name: &str| fs::read_to_string(root().join("docs").join(name)).unwrap();
-    let wait = format!("did not let this process in within {} s", bus::ADMISSION_SECS);
+    let wait = format!("has used no processor time for {} s; is it stopped?", bus::ADMISSION_SECS);
     assert!(page("errors.md").contains(&wait), "docs/errors.md lacks {wait:?}");
     let limit = format!("at most {} bytes", size_of::<protocol::Name>());
     assert!(page("sensors.md").contains(&limit), "docs/sensors.md lacks {limit:?}");
