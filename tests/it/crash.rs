@@ -3,7 +3,9 @@
 use std::sync::OnceLock;
 
 use bus::Role;
-use client_lib::{Client, Command, Pose, SensorBundle, Spawn, TrafficParam, wire::camera};
+use client_lib::{
+    Client, ClientError, Command, Pose, SensorBundle, Spawn, TrafficParam, wire::camera,
+};
 use glam::{Quat, Vec3};
 use mesh::WordHash;
 use protocol::{ActorId, output};
@@ -19,45 +21,61 @@ fn deaths_wanted() -> usize {
 }
 
 /// A run whose every frame is compared.
-struct Judge {
-    client: Client,
+pub(crate) struct Judge {
+    pub(crate) client: Client,
     bundle: SensorBundle,
 }
 
 /// State hash and image digest of a frame.
-type Seen = (u64, u64);
+pub(crate) type Seen = (u64, u64);
 
 impl Judge {
-    fn new(sim: &Sim) -> Judge {
+    pub(crate) fn new(sim: &Sim) -> Judge {
         let mut client = sim.ticker();
-        let places = client.spawn_points().unwrap();
-        let car = client.spawn(Spawn::new("vehicle.tesla.model3", places[0]).autopilot()).unwrap();
-        for place in places.iter().skip(5).step_by(9).take(12) {
-            client.spawn(Spawn::new("vehicle.audi.tt", *place).autopilot()).unwrap();
-        }
-        let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
-        let outputs = output::DEPTH | output::INSTANCE;
-        let bundle = client
-            .create_bundle("judge", car, [camera("c", roof, 64, 48, 1.5, outputs)], 2)
-            .unwrap();
+        let bundle = furnish(&mut client).unwrap();
         Judge { client, bundle }
+    }
+
+    /// Loads the map again; the run begins anew.
+    pub(crate) fn reload(&mut self) -> Result<(), ClientError> {
+        self.client.reload_map()?;
+        self.bundle = furnish(&mut self.client)?;
+        Ok(())
     }
 
     /// Ticks; the frame's measurement must have arrived.
     fn tick(&mut self) -> Seen {
-        let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.bundle]).unwrap();
+        self.try_tick().unwrap()
+    }
+
+    /// Ticks; the frame's measurement must have arrived, unless the tick fails.
+    pub(crate) fn try_tick(&mut self) -> Result<Seen, ClientError> {
+        let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.bundle])?;
         let measured = measured[0].as_ref().unwrap_or_else(|| panic!("{frame} was not measured"));
         let header = self.client.world().header();
         assert_eq!(measured.header().state_hash, header.state_hash, "{frame}");
         let mut digest = WordHash::new();
         digest.bytes(measured.data(0, output::DEPTH).unwrap());
         digest.bytes(measured.data(0, output::INSTANCE).unwrap());
-        (header.state_hash, digest.value())
+        Ok((header.state_hash, digest.value()))
     }
 }
 
+/// Spawns thirteen cars in traffic; a camera is on the roof of one.
+fn furnish(client: &mut Client) -> Result<SensorBundle, ClientError> {
+    let places = client.spawn_points()?;
+    let car = client.spawn(Spawn::new("vehicle.tesla.model3", places[0]).autopilot())?;
+    for place in places.iter().skip(5).step_by(9).take(12) {
+        client.spawn(Spawn::new("vehicle.audi.tt", *place).autopilot())?;
+    }
+    let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
+    let outputs = output::DEPTH | output::INSTANCE;
+    let eye = camera("c", roof, 64, 48, 1.5, outputs);
+    client.create_bundle("judge", car, [eye], 2)
+}
+
 /// The same run without deaths, made once and long enough for every test.
-fn undisturbed(frames: usize) -> &'static [Seen] {
+pub(crate) fn undisturbed(frames: usize) -> &'static [Seen] {
     static RUN: OnceLock<Vec<Seen>> = OnceLock::new();
     let seen = RUN.get_or_init(|| {
         let sim = Sim::start(&[]);
@@ -75,7 +93,7 @@ fn deaths(log: &str) -> usize {
 }
 
 /// Files and bytes in shared memory and the resident bytes of the host, while both stages live.
-fn footprint(sim: &Sim) -> (usize, u64, u64) {
+pub(crate) fn footprint(sim: &Sim) -> (usize, u64, u64) {
     // A death may not have been noticed yet, so two counts must agree.
     let count = || {
         let stages = [Role::Render, Role::Traffic].map(|role| sim.pid(role).filter(|p| lives(*p)));
@@ -91,7 +109,7 @@ fn footprint(sim: &Sim) -> (usize, u64, u64) {
     (last.1, last.2, resident_bytes(sim.host_pid()))
 }
 
-fn flat(name: &str, early: (usize, u64, u64), late: (usize, u64, u64)) {
+pub(crate) fn flat(name: &str, early: (usize, u64, u64), late: (usize, u64, u64)) {
     println!("{name}: files, bytes in shared memory, host resident: {early:?} -> {late:?}");
     assert!(late.0 <= early.0 + 2, "{name}: files in shared memory grow: {early:?} -> {late:?}");
     assert!(late.1 <= early.1 + (1 << 20), "{name}: shared memory grows: {early:?} -> {late:?}");

@@ -114,9 +114,13 @@ impl Sim {
 
     /// Starts a simulator with additional environment variables.
     pub(crate) fn start_with(args: &[&str], variables: &[(&str, &str)]) -> Sim {
-        let name = unique("t");
+        Sim::start_named(&unique("t"), args, variables)
+    }
+
+    /// Starts a simulator of this name.
+    pub(crate) fn start_named(name: &str, args: &[&str], variables: &[(&str, &str)]) -> Sim {
         let mut command = omnibus();
-        command.args(["run", "--synchronous", "--name", &name]);
+        command.args(["run", "--synchronous", "--name", name]);
         if !args.contains(&"--device") {
             command.args(["--device", "cpu"]);
         }
@@ -127,7 +131,7 @@ impl Sim {
             command.args(["--map", small_map()]);
         }
         command.args(args).envs(variables.iter().copied());
-        Sim::of(command, &name).unwrap_or_else(|log| panic!("it did not start: {log}"))
+        Sim::of(command, name).unwrap_or_else(|log| panic!("it did not start: {log}"))
     }
 
     fn of(mut command: Command, name: &str) -> Result<Sim, String> {
@@ -177,10 +181,24 @@ impl Sim {
 
     /// Returns the process that plays this role now, if there is one.
     pub(crate) fn pid(&self, role: Role) -> Option<u32> {
+        self.live_pid(|slot| slot.role() == Some(role))
+    }
+
+    /// Returns the process of the CARLA server, once the host has admitted it.
+    pub(crate) fn gateway_pid(&self) -> Option<u32> {
+        // A successor that joins before the death is noticed has a number behind the name.
+        self.live_pid(|slot| format!("{}", slot.name()).starts_with("gateway"))
+    }
+
+    /// Returns whether the host has admitted a process.
+    pub(crate) fn has_admitted(&self, pid: u32) -> bool {
+        self.live_pid(|slot| slot.pid() == pid).is_some()
+    }
+
+    fn live_pid(&self, is_it: impl Fn(&bus::Slot) -> bool) -> Option<u32> {
         let control = self.instance.control().unwrap();
-        let slot = (0..bus::SLOTS)
-            .map(|i| control.slot(i))
-            .find(|s| s.role() == Some(role) && s.state() == bus::SlotState::Live)?;
+        let mut slots = (0..bus::SLOTS).map(|i| control.slot(i));
+        let slot = slots.find(|slot| slot.state() == bus::SlotState::Live && is_it(slot))?;
         Some(slot.pid()).filter(|pid| *pid != 0)
     }
 
@@ -264,6 +282,11 @@ pub(crate) fn lives(pid: u32) -> bool {
 pub(crate) fn resident_bytes(pid: u32) -> u64 {
     let statm = fs::read_to_string(format!("/proc/{pid}/statm")).unwrap_or_default();
     statm.split(' ').nth(1).and_then(|pages| pages.parse::<u64>().ok()).unwrap_or(0) * 4096
+}
+
+/// Returns how many files a process has open.
+pub(crate) fn open_files(pid: u32) -> usize {
+    fs::read_dir(format!("/proc/{pid}/fd")).map_or(0, Iterator::count)
 }
 
 /// Waits until a condition holds; panics with `what` after a minute.

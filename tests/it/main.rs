@@ -21,6 +21,7 @@ mod episodes;
 mod exact;
 mod examples;
 mod fall;
+mod faults;
 mod flood;
 mod fork;
 mod full;

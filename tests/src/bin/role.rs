@@ -1,4 +1,5 @@
-//! The program that the tests start: `omnibus` with its fault points armed, or a client that dies.
+//! The program that the tests start: `omnibus` with its fault points armed, a client that dies, or one
+//! that observes.
 
 use client_lib::{
     Client, ClientError, Pose, Spawn,
@@ -18,7 +19,31 @@ fn main() -> std::process::ExitCode {
             }
         };
     }
+    if args.get(1).is_some_and(|verb| verb == "observe") {
+        return match observe(&args[2]) {
+            Ok(()) => std::process::ExitCode::SUCCESS,
+            Err(e) => {
+                eprintln!("observer: {e}");
+                std::process::ExitCode::FAILURE
+            }
+        };
+    }
     omnibus::main()
+}
+
+/// Watches a world with a camera of this client, until the host ends.
+fn observe(instance: &str) -> Result<(), ClientError> {
+    let mut client = Client::connect(Some(instance), "observer")?;
+    let at = Pose::new(glam::Vec3::Z * 40.0, glam::Quat::IDENTITY);
+    let spec = camera("above", at, 32, 24, 1.5, output::DEPTH);
+    let _bundle = client.create_bundle("observer", protocol::ActorId::NONE, [spec], 2)?;
+    loop {
+        match client.await_frame() {
+            Ok(_) | Err(ClientError::Timeout { .. }) => {}
+            Err(ClientError::HostEnded { .. }) => return Ok(()),
+            Err(e) => return Err(e),
+        }
+    }
 }
 
 /// Ticks a world that holds a car and a camera of this client.
