@@ -19,7 +19,9 @@ mod latency;
 mod machine;
 mod map;
 mod peer;
+mod quiet;
 mod record;
+mod recovery;
 mod rest;
 mod scene;
 mod sim;
@@ -101,6 +103,10 @@ enum Verb {
     Start,
     /// From a snapshot to the agent's control in effect
     Latency,
+    /// From the kill of a process until its work is done again
+    Recovery,
+    /// The tick of a client beside floods, many connections and slow readers
+    Quiet,
     /// The official carla package through the CARLA server
     CarlaClient,
     /// From OpenDRIVE text to a network that answers queries
@@ -116,7 +122,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 14] = [
+const VERBS: [(&str, Measure); 16] = [
     ("tick", tick::measure),
     ("host", host::measure),
     ("rest", rest::measure),
@@ -129,6 +135,8 @@ const VERBS: [(&str, Measure); 14] = [
     ("record", record::measure),
     ("start", start::measure),
     ("latency", latency::measure),
+    ("recovery", recovery::measure),
+    ("quiet", quiet::measure),
     ("map", map::measure),
     ("world", world::measure),
 ];
