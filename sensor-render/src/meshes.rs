@@ -5,12 +5,19 @@
 //! "static.prop.bike helmet" = "helmet.glb"
 //! ```
 
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use mesh::Mesh;
 
 use crate::scene::{Replaced, Scene, SceneError};
+
+/// Most bytes of a mesh list.
+const LIST_MAX: u64 = 1 << 24;
+/// Most bytes of a glTF file.
+const MESH_MAX: u64 = 1 << 32;
 
 /// Files that replace the meshes of blueprints.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -45,7 +52,9 @@ impl MeshList {
     /// # Errors
     /// [`MeshListError`] if the file cannot be read or a line is invalid.
     pub fn read(path: &Path) -> Result<MeshList, MeshListError> {
-        let text = fs::read_to_string(path).map_err(|e| MeshListError::Read(path.into(), e))?;
+        let text = bus::read_regular(path, LIST_MAX)
+            .and_then(|bytes| String::from_utf8(bytes).map_err(io::Error::other))
+            .map_err(|e| MeshListError::Read(path.into(), e))?;
         let table: toml::Table = text.parse().map_err(|e| MeshListError::Syntax(path.into(), e))?;
         let mut entries = Vec::new();
         let folder = path.parent().unwrap_or(Path::new("."));
@@ -75,7 +84,7 @@ impl MeshList {
         let mut found = Vec::new();
         for (index, file) in &self.entries {
             let blueprint = &town::catalogue()[*index as usize];
-            let read = fs::read(file).map_err(|e| e.to_string());
+            let read = bus::read_regular(file, MESH_MAX).map_err(|e| e.to_string());
             let taken =
                 read.and_then(|bytes| town::replaced(blueprint, &bytes).map_err(|e| e.to_string()));
             match taken {

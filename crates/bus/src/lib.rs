@@ -20,6 +20,7 @@ mod participant;
 mod port;
 mod ports;
 pub mod process;
+mod regular_file;
 mod shared_memory;
 mod snapshot;
 mod versioned;
@@ -37,6 +38,7 @@ pub use port::{BusNode, Element, Header, Loan, Reader, Sample, Writer};
 pub use ports::{
     BundleReaders, BundleSample, ClientPorts, HostPorts, RenderPorts, TrafficPorts, TrafficSample,
 };
+pub use regular_file::{create_regular, open_regular, read_regular};
 pub use shared_memory::free_bytes;
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
 pub use wait::{Notify, SequenceEvent, Spin, Strategy};

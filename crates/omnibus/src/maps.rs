@@ -11,6 +11,9 @@ use anyhow::{Context, anyhow};
 /// The environment variable that names the folder of maps.
 const MAPS_VARIABLE: &str = "OMNIBUS_MAPS";
 
+/// Most bytes of a map's file. The largest maps of cities have about 100 MB.
+const MAP_MAX: u64 = 1 << 30;
+
 /// Arguments of `omnibus maps`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct MapsArgs {
@@ -50,7 +53,9 @@ pub(crate) struct MapLibrary {
 
 impl sim_host::Maps for MapLibrary {
     fn find(&self, name: &str) -> Result<(String, String), String> {
-        let text = text(name, self.folder.as_deref()).map_err(|e| format!("{e:#}"))?;
+        // A relative path would be one in the host's folder, of which a client does not know.
+        let is_path = Path::new(name).is_absolute();
+        let text = find(name, self.folder.as_deref(), is_path).map_err(|e| format!("{e:#}"))?;
         Ok((without_carla_folder(name).to_owned(), text))
     }
 
@@ -86,8 +91,14 @@ fn without_extension(name: &str) -> &str {
 /// Returns the OpenDRIVE text of a map. In this order: a generated town, a file in the folder of
 /// maps, the file at this path, a generated town in place of one of CARLA's.
 pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> {
+    find(name, folder, true)
+}
+
+/// Returns the OpenDRIVE text of a map, as [`text`] does; `is_path` says whether a name may be a path.
+fn find(name: &str, folder: Option<&Path>, is_path: bool) -> anyhow::Result<String> {
     let name = without_carla_folder(name);
-    let name = if Path::new(name).is_file() { name } else { without_extension(name) };
+    let is_file = is_path && Path::new(name).is_file();
+    let name = if is_file { name } else { without_extension(name) };
     let is_plain = !name.contains(['/', '.']);
     if mapgen::names().any(|own| own.eq_ignore_ascii_case(name)) {
         return mapgen::named(name).with_context(|| format!("map {name}"));
@@ -96,9 +107,7 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
         if let Some(file) = file_of(&files(folder)?, name) {
             return read(file);
         }
-        if !Path::new(name).is_file()
-            && let Some(text) = mapgen::named(name)
-        {
+        if !is_file && let Some(text) = mapgen::named(name) {
             static LOGGED: Once = Once::new();
             LOGGED.call_once(|| {
                 let about = mapgen::description(name).unwrap_or_default();
@@ -110,13 +119,15 @@ pub(crate) fn text(name: &str, folder: Option<&Path>) -> anyhow::Result<String> 
             return Ok(text);
         }
     }
+    let unknown = || {
+        let known = mapgen::names().chain(mapgen::carla_names()).collect::<Vec<_>>().join(", ");
+        anyhow!("no map is named {name:?}, and there is no such file; the named maps are {known}")
+    };
+    if !is_path {
+        return Err(unknown());
+    }
     match read(Path::new(name)) {
-        Err(e) if is_plain && is_missing(&e) => {
-            let known = mapgen::names().chain(mapgen::carla_names()).collect::<Vec<_>>().join(", ");
-            Err(anyhow!(
-                "no map is named {name:?}, and there is no such file; the named maps are {known}"
-            ))
-        }
+        Err(e) if is_plain && is_missing(&e) => Err(unknown()),
         read => read,
     }
 }
@@ -127,7 +138,7 @@ fn is_missing(e: &anyhow::Error) -> bool {
 
 fn read(file: &Path) -> anyhow::Result<String> {
     let name = file.display();
-    let bytes = fs::read(file).with_context(|| format!("map {name}"))?;
+    let bytes = bus::read_regular(file, MAP_MAX).with_context(|| format!("map {name}"))?;
     String::from_utf8(bytes).map_err(|e| {
         let at = e.utf8_error().valid_up_to();
         anyhow!("map {name}: byte {at} is not UTF-8; is this an OpenDRIVE file?")

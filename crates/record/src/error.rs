@@ -19,6 +19,15 @@ pub enum RecordError {
         /// What the file is instead.
         why: String,
     },
+    /// A file that is not a recording has the name of the one to write.
+    #[error(
+        "{path} exists and is not a recording; name another file, or remove this one",
+        path = path.display()
+    )]
+    NotReplaced {
+        /// The file.
+        path: PathBuf,
+    },
     /// The recording has another format version.
     #[error(
         "{path} is a recording of format version {found}, this build reads format version {supported}; \

@@ -25,12 +25,13 @@ mod scan;
 mod space;
 mod write;
 
+pub use bus::{create_regular, open_regular};
 pub use config::RecordingConfig;
 pub use error::RecordError;
 pub use read::{Recording, RecordingInfo};
 pub use recorded_frame::{Collision, Decision, Profile, RecordedFrame};
 pub use recorder::Recorder;
-pub use write::Writer;
+pub use write::{CARLA_LOG_MAGIC, Writer};
 
 #[cfg(test)]
 mod tests;

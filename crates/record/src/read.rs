@@ -70,11 +70,7 @@ impl Recording {
     /// Returns an error if the file cannot be read, is not a recording, or has another format
     /// version.
     pub fn open(path: &Path) -> Result<Recording, RecordError> {
-        let file = File::open(path).map_err(|e| RecordError::file(path, e))?;
-        if file.metadata().is_ok_and(|m| m.is_dir()) {
-            let why = "it is a folder".to_owned();
-            return Err(RecordError::NotARecording { path: path.to_owned(), why });
-        }
+        let file = bus::open_regular(path).map_err(|e| RecordError::file(path, e))?;
         let Scan { about, map, segments, is_complete } = scan(path, &file)?;
         let field = |name: &str| about.get(name).map_or("", String::as_str);
         // Versions up to 4 are named under another key.

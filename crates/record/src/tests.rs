@@ -298,3 +298,23 @@ fn a_frame_without_actors_has_a_hash_too() {
         crate::recorded_frame::sum_of(&[ActorState::default()])
     );
 }
+
+#[test]
+fn only_an_empty_file_or_a_recording_is_replaced() {
+    let scratch = Scratch::new("replaced");
+    let config = scratch.config(Profile::State);
+    let log = [&[1, 0][..], crate::CARLA_LOG_MAGIC, b" and more"].concat();
+    for content in [&b""[..], &log] {
+        fs::write(&config.path, content).unwrap();
+        Writer::create(&config).unwrap().finish().unwrap();
+        // The recording of the first round is replaced, too.
+        Writer::create(&config).unwrap().finish().unwrap();
+        assert!(Recording::open(&config.path).unwrap().info().is_complete);
+    }
+    for content in [&b"# a file of the user\n"[..], b"\x89", &log[2..]] {
+        fs::write(&config.path, content).unwrap();
+        let Err(why) = Writer::create(&config).map(drop) else { panic!("{content:?}") };
+        assert!(matches!(why, RecordError::NotReplaced { .. }), "{why}");
+        assert_eq!(fs::read(&config.path).unwrap(), content);
+    }
+}

@@ -3,8 +3,9 @@
 use std::{
     collections::BTreeMap,
     fs::File,
-    io::BufWriter,
+    io::{self, BufWriter},
     mem::take,
+    os::unix::fs::FileExt,
     path::{Path, PathBuf},
     time::{SystemTime, UNIX_EPOCH},
 };
@@ -44,6 +45,18 @@ const KEY_NANOS: u64 = 10_000_000_000;
 /// Size of the write buffer, in bytes.
 const BUFFER: usize = 1 << 20;
 
+/// What a log of CARLA's recorder begins with, after the two bytes of its version.
+pub const CARLA_LOG_MAGIC: &[u8] = b"\x0e\0CARLA_RECORDER";
+
+/// Returns whether a file holds nothing that a recorder has not written.
+fn may_be_replaced(file: &File) -> io::Result<bool> {
+    let mut begin = [0; 2 + CARLA_LOG_MAGIC.len()];
+    let len = file.read_at(&mut begin, 0)?;
+    let begin = &begin[..len];
+    let is_log = begin.get(2..) == Some(CARLA_LOG_MAGIC);
+    Ok(begin.is_empty() || begin.starts_with(mcap::MAGIC) || is_log)
+}
+
 enum States {
     None,
     Exact(Encoder<Exact>),
@@ -66,17 +79,22 @@ pub struct Writer {
 }
 
 impl Writer {
-    /// Creates the file and replaces one of the same name.
+    /// Creates the file. One of the same name is replaced if it is empty, a recording, or a log of
+    /// CARLA.
     ///
     /// # Errors
     ///
-    /// Returns an error if the file cannot be written.
+    /// Returns an error if the file cannot be written, or another file has its name.
     pub fn create(config: &RecordingConfig) -> Result<Writer, RecordError> {
         let told = |e| RecordError::file(&config.path, e);
         if let Some(folder) = config.path.parent().filter(|f| !f.as_os_str().is_empty()) {
             std::fs::create_dir_all(folder).map_err(told)?;
         }
-        let file = File::create(&config.path).map_err(told)?;
+        let file = bus::create_regular(&config.path).map_err(told)?;
+        if !may_be_replaced(&file).map_err(told)? {
+            return Err(RecordError::NotReplaced { path: config.path.clone() });
+        }
+        file.set_len(0).map_err(told)?;
         let options = WriteOptions::new()
             .profile("omnibus")
             .library(concat!("omnibus ", env!("CARGO_PKG_VERSION")))

@@ -106,8 +106,11 @@ impl Shell {
     }
 }
 
+/// Most bytes of a saved state.
+const STATE_MAX: u64 = 1 << 30;
+
 fn read(path: &Path, map: u64) -> Result<SavedState, Refusal> {
     let with_path = |e: &dyn std::fmt::Display| Refusal::file(format!("{}: {e}", path.display()));
-    let bytes = fs::read(path).map_err(|e| with_path(&e))?;
+    let bytes = bus::read_regular(path, STATE_MAX).map_err(|e| with_path(&e))?;
     SavedState::from_bytes(&bytes, map).map_err(|e| with_path(&e))
 }

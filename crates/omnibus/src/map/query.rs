@@ -82,6 +82,9 @@ pub(super) fn query(args: &QueryArgs) -> anyhow::Result<()> {
     })
 }
 
+/// Most bytes of a file of points.
+const POINTS_MAX: u64 = 1 << 30;
+
 type Point = (f64, f64, Option<f64>);
 
 fn points(args: &QueryArgs) -> anyhow::Result<Vec<Point>> {
@@ -89,7 +92,9 @@ fn points(args: &QueryArgs) -> anyhow::Result<Vec<Point>> {
     let text = if args.points.as_os_str() == "-" {
         std::io::read_to_string(std::io::stdin()).context("standard input")?
     } else {
-        std::fs::read_to_string(&args.points).with_context(|| format!("points {name}"))?
+        let bytes = bus::read_regular(&args.points, POINTS_MAX);
+        let bytes = bytes.with_context(|| format!("points {name}"))?;
+        String::from_utf8(bytes).with_context(|| format!("points {name}"))?
     };
     let mut points = Vec::new();
     for (line, number) in text.lines().zip(1..) {
