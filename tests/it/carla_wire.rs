@@ -9,7 +9,7 @@ use std::{
 use carla_gateway::msgpack::{Budget, Pack, Value, read};
 
 /// A read that lasts longer fails the test instead of blocking it.
-const READ_TIMEOUT: Duration = Duration::from_secs(60);
+pub(crate) const READ_TIMEOUT: Duration = Duration::from_secs(60);
 
 /// A connection that calls.
 pub(crate) struct Connection {
@@ -24,6 +24,11 @@ impl Connection {
         Connection { stream, port }
     }
 
+    /// Returns the port to which this is a connection.
+    pub(crate) fn port(&self) -> u16 {
+        self.port
+    }
+
     /// Sends a call and returns its result. `write` writes the arguments.
     pub(crate) fn call(
         &mut self,
@@ -33,6 +38,28 @@ impl Connection {
     ) -> Value {
         self.send(method, args, write);
         self.answer(method)
+    }
+
+    /// Sends a call that the server refuses, and returns the text of the error.
+    pub(crate) fn refusal(
+        &mut self,
+        method: &str,
+        args: usize,
+        write: impl FnOnce(&mut Pack),
+    ) -> String {
+        self.send(method, args, write);
+        let [error, result] = self.error_and_result(method);
+        if let Value::Text(why) = error {
+            return why;
+        }
+        // An error is the last value of both wrappers: `[[0, [text]]]` and `[[true, [text]]]`.
+        let inner = |value: &Value| match value {
+            Value::List(values) => values.last().cloned(),
+            _ => None,
+        };
+        let error = inner(&result).as_ref().and_then(inner).as_ref().and_then(inner);
+        let Some(Value::Text(why)) = error else { panic!("{method} is accepted: {result:?}") };
+        why
     }
 
     /// Sends a call whose answer is not read yet.
@@ -45,13 +72,19 @@ impl Connection {
 
     /// Reads the answer to the oldest call that has none.
     pub(crate) fn answer(&mut self, method: &str) -> Value {
-        let answer = read(&mut self.stream, &mut Budget::new(1 << 20, 1 << 20));
+        let [error, result] = self.error_and_result(method);
+        assert_eq!(error, Value::Nil, "{method}");
+        result
+    }
+
+    fn error_and_result(&mut self, method: &str) -> [Value; 2] {
+        let answer = read(&mut self.stream, &mut Budget::new(1 << 20, 1 << 24));
         let Value::List(parts) = answer.unwrap_or_else(|e| panic!("{method}: {e}")) else {
             panic!("{method}: the answer is not a list")
         };
-        let [_, _, error, result] = &parts[..] else { panic!("{method}: {parts:?}") };
-        assert_eq!(*error, Value::Nil, "{method}");
-        result.clone()
+        let [_, _, error, result] =
+            <[Value; 4]>::try_from(parts).unwrap_or_else(|parts| panic!("{method}: {parts:?}"));
+        [error, result]
     }
 
     pub(crate) fn set_synchronous(&mut self) {
@@ -121,13 +154,27 @@ impl Connection {
         self.call("version", 0, |_| {});
     }
 
-    /// Calls of the traffic manager: the check of the official client whether it is there, which
-    /// must be answered within two seconds, and a parameter.
-    pub(crate) fn call_traffic_manager(&mut self) {
+    /// Returns the port of the traffic manager.
+    pub(crate) fn traffic_manager_port(&mut self) -> u16 {
         let address = value(self.call("get_traffic_manager_running", 0, |_| {}));
         let Value::List(address) = address else { panic!("{address:?}") };
         let Value::Int(port) = address[1] else { panic!("{address:?}") };
-        let mut manager = TcpStream::connect(("127.0.0.1", port as u16)).unwrap();
+        port as u16
+    }
+
+    /// Returns the port of streams, which is part of the world's token.
+    pub(crate) fn stream_port(&mut self) -> u16 {
+        let Value::List(info) = value(self.call("get_episode_info", 0, |_| {})) else { panic!() };
+        let Value::List(token) = &info[1] else { panic!("{info:?}") };
+        let Value::Bytes(token) = &token[0] else { panic!("{token:?}") };
+        u16::from_le_bytes(token[4..6].try_into().unwrap())
+    }
+
+    /// Calls of the traffic manager: the check of the official client whether it is there, which
+    /// must be answered within two seconds, and a parameter.
+    pub(crate) fn call_traffic_manager(&mut self) {
+        let port = self.traffic_manager_port();
+        let mut manager = TcpStream::connect(("127.0.0.1", port)).unwrap();
         manager.set_read_timeout(Some(READ_TIMEOUT)).unwrap();
         let mut ask = |method: &str, args: usize, write: fn(&mut Pack)| {
             let mut request = Pack::new();
@@ -170,7 +217,9 @@ impl Listener {
         connection.call("get_sensor_token", 1, |args| {
             args.uint(stream.into());
         });
-        let mut socket = TcpStream::connect(("127.0.0.1", stream_port(connection))).unwrap();
+        // On a connection of its own, since the answers of this one may wait unread.
+        let port = Connection::open(connection.port).stream_port();
+        let mut socket = TcpStream::connect(("127.0.0.1", port)).unwrap();
         socket.set_read_timeout(Some(READ_TIMEOUT)).unwrap();
         socket.write_all(&stream.to_le_bytes()).unwrap();
         Listener(socket)
@@ -185,13 +234,4 @@ impl Listener {
         let frame = u64::from_le_bytes(bytes[8..16].try_into().unwrap());
         Message { frame, bytes: bytes.len() }
     }
-}
-
-/// Returns the port of streams, which is part of the world's token.
-fn stream_port(connection: &mut Connection) -> u16 {
-    let mut info = Connection::open(connection.port);
-    let Value::List(info) = value(info.call("get_episode_info", 0, |_| {})) else { panic!() };
-    let Value::List(token) = &info[1] else { panic!("{info:?}") };
-    let Value::Bytes(token) = &token[0] else { panic!("{token:?}") };
-    u16::from_le_bytes(token[4..6].try_into().unwrap())
 }

@@ -355,7 +355,7 @@ fn without_restart_a_death_ends_the_run_with_its_reason() {
 fn a_stage_that_keeps_dying_ends_the_run_with_its_last_error() {
     // A GPU that does not exist: the renderer ends as soon as it starts.
     let output = omnibus()
-        .args(["run", "--device", "gpu:63", "--map", crate::kit::small_map()])
+        .args(["run", "--device", "gpu:63", "--no-carla", "--map", crate::kit::small_map()])
         .output()
         .unwrap();
     let said = String::from_utf8_lossy(&output.stderr);

@@ -24,6 +24,8 @@ pub(crate) fn omnibus() -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_role"));
     // Its cache stays out of the user's own.
     command.env("OMNIBUS_CACHE", std::env::temp_dir().join("omnibus-it-cache"));
+    // So do the recordings of CARLA's clients.
+    command.env("XDG_STATE_HOME", std::env::temp_dir().join("omnibus-it-state"));
     command
 }
 

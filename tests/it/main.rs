@@ -28,6 +28,7 @@ mod full;
 mod generated;
 mod hide;
 mod hold;
+mod hostile;
 mod lamps;
 mod leave;
 mod map;

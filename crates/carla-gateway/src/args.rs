@@ -99,6 +99,12 @@ impl<'a> Args<'a> {
         }
     }
 
+    /// Returns the number of bytes of all strings that are left, without those in lists.
+    pub(crate) fn text_bytes(&self) -> usize {
+        let bytes = |value: &Value| if let Value::Text(text) = value { text.len() } else { 0 };
+        self.values.iter().map(bytes).sum()
+    }
+
     pub(crate) fn bytes(&mut self) -> Result<&'a [u8], RpcError> {
         match self.next()? {
             Value::Bytes(bytes) => Ok(bytes),

@@ -22,8 +22,10 @@ pub(crate) use call::Ports;
 
 use crate::{
     args::{Args, RpcError},
+    bridge::outbox::WAITING_MAX,
     calls::call::{Call, StaticCall},
     msgpack::{Pack, Value},
+    recordings::Recordings,
     rpc::{Handler, Peer},
     shared_bridge::SharedBridge,
     statics::SharedStatics,
@@ -205,6 +207,7 @@ pub(crate) struct RpcServer {
     pub(crate) bridge: Arc<SharedBridge>,
     pub(crate) statics: Arc<SharedStatics>,
     pub(crate) ports: Ports,
+    pub(crate) recordings: Recordings,
 }
 
 impl Handler for RpcServer {
@@ -222,7 +225,12 @@ impl Handler for RpcServer {
         };
         answer(entry, peer, params, out, |function, args, out| {
             let bridge = self.bridge.lock();
-            let mut call = Call { bridge, args, out, peer, ports: self.ports };
+            // Calls that return a value read the world, tick it, or wait for the host.
+            if entry.1 != Val && bridge.outbox.is_full() {
+                return Err(format!("{WAITING_MAX} commands wait for the next tick").into());
+            }
+            let (ports, recordings) = (self.ports, &self.recordings);
+            let mut call = Call { bridge, args, out, peer, ports, recordings };
             let result = function(&mut call);
             call.bridge.flush_after_call();
             result

@@ -22,7 +22,9 @@ use std::{
 
 use anyhow::Context;
 use client_lib::{ActorId, wire::Episode};
-use record::{Profile, RecordError, Recording, RecordingConfig};
+use record::{
+    CARLA_LOG_MAGIC, Profile, RecordError, Recording, RecordingConfig, create_regular, open_regular,
+};
 
 pub use file::{Reader, Writer};
 pub use frame::{
@@ -91,9 +93,9 @@ impl Source {
 
 /// Returns whether a file begins like a log of CARLA.
 pub fn is_log(path: &Path) -> bool {
-    let mut magic = [0; 18];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
-    read.is_ok() && magic[2..] == *b"\x0e\0CARLA_RECORDER"
+    let mut magic = [0; 2 + CARLA_LOG_MAGIC.len()];
+    let read = open_regular(path).and_then(|mut file| file.read_exact(&mut magic));
+    read.is_ok() && magic[2..] == *CARLA_LOG_MAGIC
 }
 
 /// Opens a log at its first frame.
@@ -102,7 +104,7 @@ pub fn is_log(path: &Path) -> bool {
 ///
 /// Returns an error if the file cannot be opened or its header is invalid.
 pub fn open(path: &Path) -> anyhow::Result<Reader<BufReader<File>>> {
-    let file = File::open(path).with_context(|| path.display().to_string())?;
+    let file = open_regular(path).with_context(|| path.display().to_string())?;
     Reader::new(BufReader::new(file)).with_context(|| path.display().to_string())
 }
 
@@ -140,7 +142,8 @@ fn each_of(
 /// Returns an error if the recording cannot be read or the log cannot be written.
 pub fn export(recording: &mut Recording, path: &Path) -> anyhow::Result<(u64, u64)> {
     let error = |e| RecordError::File { path: path.to_owned(), why: e };
-    let file = File::create(path).map_err(error)?;
+    let file = create_regular(path).map_err(error)?;
+    file.set_len(0).map_err(error)?;
     let mut writer = Writer::new(BufWriter::new(file), &header_of(recording)).map_err(error)?;
     let mut frames = 0;
     each_of(recording, |frame| {

@@ -20,6 +20,8 @@ use crate::{
 
 /// The first id of proxies. Actors of the bus have smaller ones.
 const FIRST_PROXY: u32 = 1 << 24;
+/// Most proxies, traffic signs included.
+pub(crate) const PROXIES_MAX: usize = 1 << 14;
 /// The id of the spectator, the free camera that every episode has.
 pub(crate) const SPECTATOR: u32 = FIRST_PROXY;
 /// CARLA's tag "other".
@@ -44,29 +46,22 @@ pub(crate) struct ProxyActors {
     /// By signal: where it is and where it applies to vehicles.
     signals: Vec<SignalPlace>,
     last_proxy: u32,
-    last_stream: u32,
     stream_port: u16,
 }
 
 impl ProxyActors {
+    /// Creates those of another map.
+    pub(crate) fn for_map(&self, network: &Network) -> ProxyActors {
+        ProxyActors::new(network, self.stream_port)
+    }
+
     /// Creates the spectator and the traffic signs of a map.
     pub(crate) fn new(network: &Network, stream_port: u16) -> ProxyActors {
-        ProxyActors::with_streams_after(stream::WORLD, network, stream_port)
-    }
-
-    /// Creates the actors of another map. Numbers of streams continue, so that listeners to a
-    /// stream of the old map receive nothing.
-    pub(crate) fn for_map(&self, network: &Network) -> ProxyActors {
-        ProxyActors::with_streams_after(self.last_stream, network, self.stream_port)
-    }
-
-    fn with_streams_after(last_stream: u32, network: &Network, stream_port: u16) -> ProxyActors {
         let mut actors = ProxyActors {
             known: BTreeMap::new(),
             proxies: BTreeMap::new(),
             signals: network.signals().iter().map(|s| SignalPlace::new(network, s)).collect(),
             last_proxy: FIRST_PROXY - 1,
-            last_stream,
             stream_port,
         };
         let description =
@@ -103,12 +98,6 @@ impl ProxyActors {
         self.known.insert(id, Actor { id, parent, description, bounds, tag: OTHER, token });
         self.proxies.insert(id, Proxy { parent, pose, sign: String::new(), sensor });
         id
-    }
-
-    /// Returns a new number for a stream.
-    pub(crate) fn next_stream(&mut self) -> u32 {
-        self.last_stream += 1;
-        self.last_stream
     }
 
     /// Adds an actor of the bus that a client of this server has spawned.

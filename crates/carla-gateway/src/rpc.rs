@@ -1,34 +1,39 @@
 //! Remote calls over TCP: a thread for each connection, whose calls are executed in order.
 
 use std::{
-    io::{self, BufReader, Read, Write},
+    io::{self, BufRead, BufReader, Read, Write},
     net::{SocketAddr, TcpListener, TcpStream},
-    sync::{
-        Arc,
-        atomic::{AtomicU64, AtomicUsize, Ordering},
-    },
-    thread,
-    time::Duration,
+    sync::Arc,
+    time::{Duration, Instant},
 };
 
 use client_lib::{Spin, Strategy, prefer_latency};
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-use crate::msgpack::{Budget, DecodeError, Pack, Value, read};
+use crate::{
+    connections::{Connection, Connections, RareLog},
+    msgpack::{Budget, DecodeError, Pack, Pool, Request, Value, read_request},
+};
 
-/// Most simultaneous connections; another one is closed at once.
-const CONNECTIONS_MAX: usize = 1024;
-/// Most values of one request: a batch of about ten thousand commands.
+/// Most values of one request: a batch of 10^5 transforms has 1.3 million.
 const VALUES_MAX: usize = 1 << 21;
 /// Most bytes of text in one request: an OpenDRIVE map.
 const BYTES_MAX: usize = 256 << 20;
 /// Most bytes of answers that are collected while more requests wait to be read.
 const ANSWERS_MAX: usize = 64 << 10;
+/// A connection keeps a buffer of this size for its next answers.
+const ANSWERS_KEPT: usize = 1 << 20;
 /// A connection is polled this many times as long as a participant of the bus, whose clients need
 /// not wake other threads first.
 const POLL_FACTOR: u64 = 4;
 /// A connection that accepts no bytes for this long is closed.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
+/// A connection that sends no bytes of a request that it has begun for this long is closed.
+const STALL_TIMEOUT: Duration = Duration::from_secs(30);
+/// A connection whose request takes longer than this to arrive is closed.
+const REQUEST_TIMEOUT: Duration = Duration::from_secs(120);
+/// The stack of a connection's thread. Bytes.
+const STACK: usize = 1 << 20;
 
 /// A connected client.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -52,45 +57,33 @@ pub(crate) trait Handler: Send + Sync + 'static {
 
 /// Answers calls on this port until the process ends.
 ///
-/// After an answer, the connection is polled as `strategy` says, a few times as long.
+/// After an answer, the connection is polled as `strategy` says, a few times as long. Large requests
+/// of all connections share the memory of `pool`.
 pub(crate) fn serve<C: Handler>(
     listener: TcpListener,
     name: &'static str,
+    (connections, pool): (&Arc<Connections>, &Arc<Pool>),
     strategy: Strategy,
     handler: Arc<C>,
 ) -> io::Result<()> {
     let strategy = Strategy { spin_nanos: POLL_FACTOR * strategy.spin_nanos };
-    let (count, last) = (Arc::new(AtomicUsize::new(0)), AtomicU64::new(0));
-    let work = move || {
-        for stream in listener.incoming().flatten() {
-            if count.load(Ordering::Relaxed) >= CONNECTIONS_MAX {
-                continue;
-            }
-            let (Ok(address), Ok(local)) = (stream.peer_addr(), stream.local_addr()) else {
-                continue;
-            };
-            let number = last.fetch_add(1, Ordering::Relaxed) + 1;
-            let peer = Peer { number, address, local };
-            count.fetch_add(1, Ordering::Relaxed);
-            let (handler, inner) = (Arc::clone(&handler), Arc::clone(&count));
-            let serve_connection = move || {
-                prefer_latency(true);
-                if let Err(e) = serve_connection(&stream, &peer, strategy, &*handler) {
-                    log::warn!("{name}: {} is disconnected: {e}", peer.address);
-                }
-                handler.on_disconnect(&peer);
-                inner.fetch_sub(1, Ordering::Relaxed);
-            };
-            let spawned = thread::Builder::new()
-                .name(format!("{name}-{number}"))
-                .stack_size(1 << 20)
-                .spawn(serve_connection);
-            if spawned.is_err() {
-                count.fetch_sub(1, Ordering::Relaxed);
-            }
-        }
+    let (disconnected, all) = (RareLog::default(), Arc::clone(connections));
+    let server = Server {
+        strategy,
+        pool: Arc::clone(pool),
+        connections: Arc::clone(connections),
+        large: RareLog::default(),
     };
-    thread::Builder::new().name(name.into()).spawn(work).map(drop)
+    let work = move |connection: &Arc<Connection>| {
+        let Ok(local) = connection.socket.local_addr() else { return };
+        let peer = Peer { number: connection.number, address: connection.address, local };
+        prefer_latency(true);
+        if let Err(e) = server.serve_connection(connection, &peer, &*handler) {
+            disconnected.warn(|| format!("{name}: {} is disconnected: {e}", peer.address));
+        }
+        handler.on_disconnect(&peer);
+    };
+    all.accept(listener, name, STACK, work)
 }
 
 /// A reader that polls its connection before it sleeps: a client that calls in a loop calls again
@@ -98,78 +91,129 @@ pub(crate) fn serve<C: Handler>(
 struct SpinningReader<'a> {
     stream: &'a TcpStream,
     strategy: Strategy,
+    /// When the request that has begun must be complete.
+    deadline: Option<Instant>,
+}
+
+impl SpinningReader<'_> {
+    /// Returns whether bytes can be read within this time.
+    fn is_readable(&self, within: Duration) -> io::Result<bool> {
+        let mut fds = [PollFd::new(self.stream, PollFlags::IN)];
+        let time =
+            Timespec { tv_sec: within.as_secs() as i64, tv_nsec: i64::from(within.subsec_nanos()) };
+        Ok(poll(&mut fds, Some(&time))? > 0)
+    }
 }
 
 impl Read for SpinningReader<'_> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let mut spin = Spin::begin(self.strategy);
         while let Some(spinning) = &mut spin {
-            let mut fds = [PollFd::new(self.stream, PollFlags::IN)];
-            let is_readable = poll(&mut fds, Some(&Timespec { tv_sec: 0, tv_nsec: 0 }))? > 0;
-            if is_readable || !spinning.goes_on() {
+            if self.is_readable(Duration::ZERO)? || !spinning.goes_on() {
                 break;
+            }
+        }
+        if let Some(deadline) = self.deadline {
+            let left = deadline.saturating_duration_since(Instant::now());
+            if left.is_zero() || !self.is_readable(left.min(STALL_TIMEOUT))? {
+                return Err(io::Error::new(io::ErrorKind::TimedOut, "its request does not end"));
             }
         }
         self.stream.read(buffer)
     }
 }
 
-/// Answers the calls of one connection until it is closed.
-fn serve_connection(
-    stream: &TcpStream,
-    peer: &Peer,
+struct Server {
     strategy: Strategy,
-    handler: &dyn Handler,
-) -> Result<(), DecodeError> {
-    let set = || {
-        stream.set_nodelay(true)?;
-        stream.set_write_timeout(Some(WRITE_TIMEOUT))
-    };
-    set().map_err(DecodeError::Io)?;
-    let mut input = BufReader::with_capacity(64 << 10, SpinningReader { stream, strategy });
-    let mut answers = Pack::new();
-    loop {
-        let request = match next(&mut input) {
-            Err(DecodeError::Ended) => return Ok(()),
-            Err(DecodeError::Io(e)) if e.kind() == io::ErrorKind::ConnectionReset => return Ok(()),
-            other => other?,
+    pool: Arc<Pool>,
+    connections: Arc<Connections>,
+    large: RareLog,
+}
+
+impl Server {
+    /// Answers the calls of one connection until it is closed.
+    fn serve_connection(
+        &self,
+        connection: &Connection,
+        peer: &Peer,
+        handler: &dyn Handler,
+    ) -> Result<(), DecodeError> {
+        let stream = &connection.socket;
+        let set = || {
+            stream.set_nodelay(true)?;
+            stream.set_write_timeout(Some(WRITE_TIMEOUT))
         };
-        answer(&request, peer, handler, &mut answers);
-        if input.buffer().is_empty() || answers.bytes().len() > ANSWERS_MAX {
-            let mut output = stream;
-            // A client that does not accept its answers is not served further.
-            if output.write_all(answers.bytes()).is_err() {
-                return Ok(());
+        set().map_err(DecodeError::Io)?;
+        let reader = SpinningReader { stream, strategy: self.strategy, deadline: None };
+        let mut input = BufReader::with_capacity(64 << 10, reader);
+        let mut answers = Pack::new();
+        loop {
+            // A client may be idle as long as it likes, but not within a request.
+            match input.fill_buf() {
+                Ok([]) => return Ok(()),
+                Ok(_) => {}
+                Err(e) if e.kind() == io::ErrorKind::Interrupted => continue,
+                Err(e) if e.kind() == io::ErrorKind::ConnectionReset => return Ok(()),
+                Err(e) => return Err(DecodeError::Io(e)),
             }
-            answers.truncate(0);
+            input.get_mut().deadline = Some(Instant::now() + REQUEST_TIMEOUT);
+            let mut budget = Budget::of_pool(VALUES_MAX, BYTES_MAX, &self.pool);
+            let request = read_request(&mut input, &mut budget);
+            input.get_mut().deadline = None;
+            if let Ok(request) = &request {
+                connection.begin_call();
+                answer(request, budget.is_exceeded, peer, handler, &mut answers);
+                connection.end_call();
+            }
+            if budget.is_exceeded {
+                // The official package does not show the error of every call.
+                self.large.warn(|| format!("a request of {} is too large", peer.address));
+            }
+            drop(budget);
+            let is_last = request.is_err();
+            if is_last || input.buffer().is_empty() || answers.bytes().len() > ANSWERS_MAX {
+                // A client that does not accept its answers is not served further.
+                if !self.send(connection, &answers) {
+                    return Ok(());
+                }
+                answers.truncate(0);
+                if answers.capacity() > ANSWERS_KEPT {
+                    answers = Pack::new();
+                }
+            }
+            request?;
         }
+    }
+
+    /// Sends answers, and returns whether the client has accepted them.
+    fn send(&self, connection: &Connection, answers: &Pack) -> bool {
+        let mut output = &connection.socket;
+        self.connections.set_unread(connection, answers.bytes().len());
+        let is_sent = output.write_all(answers.bytes()).is_ok();
+        self.connections.set_unread(connection, 0);
+        is_sent
     }
 }
 
-/// Reads one request, and returns with it whether parts were discarded because it exceeds the
-/// limits.
-fn next(input: &mut impl Read) -> Result<(Value, bool), DecodeError> {
-    let mut budget = Budget::new(VALUES_MAX, BYTES_MAX);
-    let value = read(input, &mut budget)?;
-    Ok((value, budget.is_exceeded))
-}
-
 fn answer(
-    (request, is_exceeded): &(Value, bool),
+    request: &Request,
+    is_exceeded: bool,
     peer: &Peer,
     handler: &dyn Handler,
     out: &mut Pack,
 ) {
-    let Value::List(parts) = request else { return };
-    // A notification has no id and no answer; CARLA's clients never send one.
-    let [Value::Int(0), Value::Int(id), Value::Text(method), Value::List(params)] = &parts[..]
-    else {
-        return;
-    };
-    out.list(4).uint(1).uint(*id as u64);
-    if *is_exceeded {
-        out.text("request too large: the limits are 2097152 values and 256 MiB of text").nil();
+    // A notification has no answer; CARLA's clients never send one.
+    let Some(id) = request.id else { return };
+    out.list(4).uint(1).uint(id);
+    if is_exceeded {
+        out.text(&format!(
+            "request too large: {} has more than {VALUES_MAX} values or {} MiB of text, or other \
+             requests have taken the memory for large ones; send it in parts",
+            request.method,
+            BYTES_MAX >> 20
+        ));
+        out.nil();
         return;
     }
-    handler.call(peer, method, params, out);
+    handler.call(peer, &request.method, &request.params, out);
 }

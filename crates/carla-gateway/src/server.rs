@@ -3,6 +3,7 @@
 use std::{
     io,
     net::{IpAddr, SocketAddr, TcpListener},
+    path::PathBuf,
     sync::Arc,
     time::Duration,
 };
@@ -12,6 +13,9 @@ use client_lib::{Client, ClientError, Frame, Interrupted, Watch, clock};
 use crate::{
     bridge::Bridge,
     calls::{Ports, RpcServer},
+    connections::Connections,
+    msgpack::Pool,
+    recordings::Recordings,
     rpc,
     shared_bridge::SharedBridge,
     statics::{SharedStatics, Statics},
@@ -19,18 +23,49 @@ use crate::{
     traffic_manager::TrafficManager,
 };
 
-/// The address and port to listen on.
-#[derive(Clone, Copy, Debug)]
+/// Where the server listens, and what its clients may write.
+#[derive(Clone, Debug)]
 pub struct CarlaServerConfig {
     /// Port of remote calls; streams use the next port. 0: the system chooses both.
     pub port: u16,
     /// Address of all ports.
     pub listen: IpAddr,
+    /// The folder in which clients write and read recordings; `None`: they cannot.
+    pub recordings: Option<PathBuf>,
+}
+
+/// The open ports of remote calls and of streams. Clients that connect wait until they are served.
+#[derive(Debug)]
+pub struct CarlaPorts {
+    /// The port of remote calls.
+    pub calls: TcpListener,
+    /// The port of streams.
+    pub streams: TcpListener,
+}
+
+impl CarlaPorts {
+    /// Opens the ports.
+    ///
+    /// # Errors
+    ///
+    /// Returns an error if a port cannot be listened on.
+    pub fn open(config: &CarlaServerConfig) -> Result<CarlaPorts, CarlaServerError> {
+        let calls = bind(config, config.port)?;
+        let port = if config.port == 0 { 0 } else { config.port.wrapping_add(1) };
+        Ok(CarlaPorts { calls, streams: bind(config, port)? })
+    }
+}
+
+fn bind(config: &CarlaServerConfig, port: u16) -> Result<TcpListener, CarlaServerError> {
+    let address = SocketAddr::new(config.listen, port);
+    TcpListener::bind(address).map_err(|why| CarlaServerError::Listen { address, why })
 }
 
 /// CARLA's default port of the traffic manager. Clients receive the actual port, which is another
 /// one if this is taken.
 const TRAFFIC_MANAGER_PORT: u16 = 8000;
+/// Memory that requests of more than a MiB may take together.
+const LARGE_REQUESTS_MIB: usize = 1024;
 /// Longest time between two updates of a world that no client of this server ticks.
 const UPDATE_NANOS: u64 = 100_000_000;
 /// The same while there are sensor bundles to receive from.
@@ -42,7 +77,10 @@ const TICKED_PAUSE: Duration = Duration::from_millis(50);
 #[derive(Debug, thiserror::Error)]
 pub enum CarlaServerError {
     /// A port cannot be listened on.
-    #[error("cannot listen on {address}: {why}; use another --carla-port, or --no-carla")]
+    #[error(
+        "cannot listen on {address} for CARLA's clients: {why}; does another simulator run? use \
+         another --carla-port (streams use the port after it), or --no-carla"
+    )]
     Listen {
         /// The address and port.
         address: SocketAddr,
@@ -59,34 +97,25 @@ pub enum CarlaServerError {
 
 /// A server for CARLA's clients whose ports are open.
 pub struct CarlaServer {
-    calls: TcpListener,
-    streams: TcpListener,
+    ports: CarlaPorts,
     traffic_manager: TcpListener,
+    recordings: Recordings,
 }
 
 impl CarlaServer {
-    /// Opens the ports. Connections wait until [`CarlaServer::serve`] is called.
+    /// Creates the server of open ports, and opens the port of the traffic manager.
     ///
     /// # Errors
     ///
-    /// Returns an error if a port cannot be listened on.
-    pub fn open(config: &CarlaServerConfig) -> Result<CarlaServer, CarlaServerError> {
-        let bind = |port: u16| {
-            let address = SocketAddr::new(config.listen, port);
-            TcpListener::bind(address).map_err(|why| CarlaServerError::Listen { address, why })
-        };
-        let calls = bind(config.port)?;
-        let streams = bind(if config.port == 0 { 0 } else { config.port.wrapping_add(1) })?;
-        let traffic_manager = if config.port == 0 { bind(0) } else { bind(TRAFFIC_MANAGER_PORT) };
-        let traffic_manager = traffic_manager.or_else(|_| bind(0))?;
-        if !config.listen.is_loopback() {
-            log::warn!(
-                "CARLA's protocol has no authentication: every host that reaches {} \
-                 can control this simulator",
-                config.listen
-            );
-        }
-        Ok(CarlaServer { calls, streams, traffic_manager })
+    /// Returns an error if no port can be listened on for the traffic manager.
+    pub fn new(
+        ports: CarlaPorts,
+        config: &CarlaServerConfig,
+    ) -> Result<CarlaServer, CarlaServerError> {
+        let wanted = if config.port == 0 { 0 } else { TRAFFIC_MANAGER_PORT };
+        let traffic_manager = bind(config, wanted).or_else(|_| bind(config, 0))?;
+        let recordings = Recordings::in_folder(config.recordings.clone());
+        Ok(CarlaServer { ports, traffic_manager, recordings })
     }
 
     /// Serves CARLA's clients through this client of the bus, until its host ends.
@@ -98,8 +127,22 @@ impl CarlaServer {
         let port = |listener: &TcpListener| {
             listener.local_addr().map(|a| a.port()).map_err(CarlaServerError::Thread)
         };
-        let ports = Ports { streams: port(&self.streams)?, manager: port(&self.traffic_manager)? };
-        let address = self.calls.local_addr().map_err(CarlaServerError::Thread)?;
+        let ports =
+            Ports { streams: port(&self.ports.streams)?, manager: port(&self.traffic_manager)? };
+        let address = self.ports.calls.local_addr().map_err(CarlaServerError::Thread)?;
+        if !address.ip().is_loopback() {
+            log::warn!(
+                "CARLA's protocol has no authentication or encryption: every host that reaches {} on \
+                 port {}, {} or {} can load maps, control and destroy all actors, change time and \
+                 weather, receive all sensors, and write and read recordings in {}; use a firewall, \
+                 or --listen 127.0.0.1 and an SSH tunnel",
+                address.ip(),
+                address.port(),
+                ports.streams,
+                ports.manager,
+                self.recordings.describe()
+            );
+        }
         let (watch, strategy) = (client.watch(), client.strategy());
         let network = client.map()?;
         let episode = client.instance().episode().map_err(ClientError::Bus)?;
@@ -110,12 +153,19 @@ impl CarlaServer {
         let bridge =
             Bridge::new(client, Arc::clone(&streams), Arc::clone(&statics), ports.streams)?;
         let bridge = Arc::new(SharedBridge::new(bridge));
-        streams.serve(self.streams).map_err(CarlaServerError::Thread)?;
+        let connections = Arc::new(Connections::new());
+        let shared = (&connections, &Arc::new(Pool::of_mib(LARGE_REQUESTS_MIB)));
+        streams.serve(self.ports.streams, &connections).map_err(CarlaServerError::Thread)?;
         let manager = Arc::new(TrafficManager { bridge: Arc::clone(&bridge) });
-        rpc::serve(self.traffic_manager, "carla-manager", strategy, manager)
+        rpc::serve(self.traffic_manager, "carla-manager", shared, strategy, manager)
             .map_err(CarlaServerError::Thread)?;
-        let server = Arc::new(RpcServer { bridge: Arc::clone(&bridge), statics, ports });
-        rpc::serve(self.calls, "carla-calls", strategy, server)
+        let server = Arc::new(RpcServer {
+            bridge: Arc::clone(&bridge),
+            statics,
+            ports,
+            recordings: self.recordings,
+        });
+        rpc::serve(self.ports.calls, "carla-calls", shared, strategy, server)
             .map_err(CarlaServerError::Thread)?;
         log::info!("CARLA's clients connect to {address}");
         follow_world(&bridge, &watch);

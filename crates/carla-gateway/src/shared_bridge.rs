@@ -18,7 +18,10 @@
 
 use std::{
     ops::{Deref, DerefMut},
-    sync::{Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError, RwLock, RwLockReadGuard,
+        atomic::{AtomicUsize, Ordering},
+    },
     time::Duration,
 };
 
@@ -34,12 +37,16 @@ use crate::{
     statics::Statics,
 };
 
+/// For how long a connection with much to do leaves the bridge to others.
+const WAY: Duration = Duration::from_micros(100);
 /// How long a tick waits for clients that have requested a stream to connect to it.
 const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_millis(300);
 
 /// The bridge and its locks.
 pub(crate) struct SharedBridge {
     bridge: Mutex<Bridge>,
+    /// The number of threads that wait for the bridge.
+    waiting: AtomicUsize,
     turn: Mutex<()>,
     spawns: RwLock<()>,
     bundles: Mutex<()>,
@@ -67,6 +74,7 @@ impl SharedBridge {
     pub(crate) fn new(bridge: Bridge) -> SharedBridge {
         SharedBridge {
             bridge: Mutex::new(bridge),
+            waiting: AtomicUsize::new(0),
             turn: Mutex::new(()),
             spawns: RwLock::new(()),
             bundles: Mutex::new(()),
@@ -75,7 +83,14 @@ impl SharedBridge {
 
     /// Locks the bridge.
     pub(crate) fn lock(&self) -> LockedBridge<'_> {
-        LockedBridge { shared: self, guard: Some(lock(&self.bridge)) }
+        LockedBridge { shared: self, guard: Some(self.lock_bridge()) }
+    }
+
+    fn lock_bridge(&self) -> MutexGuard<'_, Bridge> {
+        self.waiting.fetch_add(1, Ordering::Relaxed);
+        let guard = lock(&self.bridge);
+        self.waiting.fetch_sub(1, Ordering::Relaxed);
+        guard
     }
 }
 
@@ -102,8 +117,16 @@ impl<'a> LockedBridge<'a> {
     pub(crate) fn unlocked<T>(&mut self, wait: impl FnOnce() -> T) -> T {
         self.guard = None;
         let result = wait();
-        self.guard = Some(lock(&self.shared.bridge));
+        self.guard = Some(self.shared.lock_bridge());
         result
+    }
+
+    /// Lets another connection use the bridge, if one waits for it: a thread that only unlocks and
+    /// locks a mutex usually gets it again.
+    pub(crate) fn give_way(&mut self) {
+        if self.shared.waiting.load(Ordering::Relaxed) > 0 {
+            self.unlocked(|| std::thread::sleep(WAY));
+        }
     }
 
     /// Waits for the turn, without the lock. A thread that has the turn must not call this.

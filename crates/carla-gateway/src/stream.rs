@@ -6,18 +6,20 @@
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
     io::{self, Read, Write},
-    net::{TcpListener, TcpStream},
+    net::TcpListener,
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
-        atomic::{AtomicBool, AtomicUsize, Ordering},
+        atomic::{AtomicBool, AtomicU32, Ordering},
     },
     time::{Duration, Instant},
 };
 
 use rustix::event::{PollFd, PollFlags, Timespec, poll};
 
-/// Most simultaneous listeners; another one is closed at once.
-const LISTENERS_MAX: usize = 1024;
+use crate::connections::{Connection, Connections};
+
+/// The stack of a listener's thread. Bytes.
+const STACK: usize = 256 << 10;
 /// Most bytes that wait for one listener, unless a single message is longer.
 const BACKLOG_MAX: usize = 64 << 20;
 /// Messages up to this length are sent by the publishing thread if no other message waits.
@@ -40,10 +42,21 @@ pub(crate) const WORLD: u32 = 1;
 pub(crate) type Message = Arc<Vec<u8>>;
 
 /// All streams and their listeners.
-#[derive(Default)]
 pub(crate) struct Streams {
     listening: Mutex<Listening>,
     connected: Condvar,
+    /// The highest number of a stream.
+    last: AtomicU32,
+}
+
+impl Default for Streams {
+    fn default() -> Streams {
+        Streams {
+            listening: Mutex::default(),
+            connected: Condvar::new(),
+            last: AtomicU32::new(WORLD),
+        }
+    }
 }
 
 #[derive(Default)]
@@ -60,41 +73,38 @@ struct Listening {
 
 impl Streams {
     /// Serves listeners on this port until the process ends.
-    pub(crate) fn serve(self: &Arc<Streams>, listener: TcpListener) -> io::Result<()> {
-        let streams = Arc::clone(self);
-        let count = Arc::new(AtomicUsize::new(0));
-        let work = move || {
-            for socket in listener.incoming().flatten() {
-                if count.load(Ordering::Relaxed) >= LISTENERS_MAX {
-                    continue;
-                }
-                count.fetch_add(1, Ordering::Relaxed);
-                let (streams, inner) = (Arc::clone(&streams), Arc::clone(&count));
-                let serve_listener = move || {
-                    // Any error means that the listener is gone.
-                    let _ = streams.serve_listener(socket);
-                    inner.fetch_sub(1, Ordering::Relaxed);
-                };
-                let spawned = std::thread::Builder::new()
-                    .name("carla-listener".into())
-                    .stack_size(256 << 10)
-                    .spawn(serve_listener);
-                if spawned.is_err() {
-                    count.fetch_sub(1, Ordering::Relaxed);
-                }
-            }
+    pub(crate) fn serve(
+        self: &Arc<Streams>,
+        listener: TcpListener,
+        connections: &Arc<Connections>,
+    ) -> io::Result<()> {
+        let (streams, all) = (Arc::clone(self), Arc::clone(connections));
+        let work = move |connection: &Arc<Connection>| {
+            // Any error means that the listener is gone.
+            let _ = streams.serve_listener(connection, &all);
         };
-        std::thread::Builder::new().name("carla-streams".into()).spawn(work).map(drop)
+        connections.accept(listener, "carla-streams", STACK, work)
     }
 
-    fn serve_listener(&self, mut socket: TcpStream) -> io::Result<()> {
+    fn serve_listener(
+        &self,
+        connection: &Arc<Connection>,
+        all: &Arc<Connections>,
+    ) -> io::Result<()> {
+        let mut socket = &connection.socket;
         socket.set_nodelay(true)?;
         socket.set_read_timeout(Some(WRITE_TIMEOUT))?;
         let mut id = [0; 4];
         socket.read_exact(&mut id)?;
         let stream = u32::from_le_bytes(id);
+        if !(WORLD..=self.last.load(Ordering::Relaxed)).contains(&stream) {
+            let peer = connection.address;
+            log::debug!("carla-streams: {peer} is disconnected: there is no stream {stream}");
+            return Ok(());
+        }
         socket.set_nonblocking(true)?;
-        let session = Arc::new(Session::new(socket));
+        connection.note_use();
+        let session = Arc::new(Session::new(Arc::clone(connection), Arc::clone(all)));
         {
             let mut listening = self.lock();
             listening.expected.remove(&stream);
@@ -119,6 +129,12 @@ impl Streams {
             }
         }
         ended
+    }
+
+    /// Returns the number of a new stream. A number is used once, so that listeners to a stream of
+    /// a former map receive nothing.
+    pub(crate) fn next_number(&self) -> u32 {
+        self.last.fetch_add(1, Ordering::Relaxed) + 1
     }
 
     /// Sends a message to all listeners of a stream.
@@ -198,7 +214,8 @@ impl Streams {
 
 /// A listener.
 struct Session {
-    socket: TcpStream,
+    connection: Arc<Connection>,
+    all: Arc<Connections>,
     waiting: Mutex<Queue>,
     more: Condvar,
     is_closed: AtomicBool,
@@ -217,16 +234,11 @@ struct Queue {
     muted: Option<(Instant, Option<Message>)>,
 }
 
-impl Queue {
-    fn is_full(&self, bytes: usize) -> bool {
-        !self.messages.is_empty() && self.bytes + bytes > BACKLOG_MAX
-    }
-}
-
 impl Session {
-    fn new(socket: TcpStream) -> Session {
+    fn new(connection: Arc<Connection>, all: Arc<Connections>) -> Session {
         Session {
-            socket,
+            connection,
+            all,
             waiting: Mutex::default(),
             more: Condvar::new(),
             is_closed: AtomicBool::new(false),
@@ -239,17 +251,22 @@ impl Session {
 
     fn has_room(&self, bytes: usize) -> bool {
         let mut waiting = self.lock();
-        let is_full = waiting.is_full(bytes);
+        let is_full = self.is_full(&waiting, bytes);
         if is_full {
             self.note_loss(&mut waiting);
         }
         !is_full
     }
 
+    fn is_full(&self, waiting: &Queue, bytes: usize) -> bool {
+        let is_long = waiting.bytes + bytes > BACKLOG_MAX || self.all.is_crowded();
+        !waiting.messages.is_empty() && is_long
+    }
+
     fn note_loss(&self, waiting: &mut Queue) {
         waiting.dropped += 1;
         if waiting.dropped == 1 {
-            let peer = self.socket.peer_addr().map_or_else(|_| "?".into(), |a| a.to_string());
+            let peer = self.connection.address;
             log::warn!("listener {peer} is too slow: messages are dropped");
         }
     }
@@ -269,12 +286,13 @@ impl Session {
         }
         let mut sent = 0;
         if waiting.messages.is_empty() && !waiting.is_writing && message.len() <= DIRECT_SEND_MAX {
-            sent = (&self.socket).write(message).unwrap_or(0);
+            sent = (&self.connection.socket).write(message).unwrap_or(0);
             if sent == message.len() {
+                self.connection.note_use();
                 return;
             }
         }
-        if waiting.is_full(message.len()) {
+        if self.is_full(&waiting, message.len()) {
             self.note_loss(&mut waiting);
             return;
         }
@@ -282,6 +300,7 @@ impl Session {
             waiting.sent = sent;
         }
         waiting.bytes += message.len();
+        self.all.set_unread(&self.connection, waiting.bytes);
         waiting.messages.push_back(Arc::clone(message));
         drop(waiting);
         self.more.notify_one();
@@ -311,6 +330,7 @@ impl Session {
             self.write(&message[sent..])?;
             let mut waiting = self.lock();
             waiting.bytes -= message.len();
+            self.all.set_unread(&self.connection, waiting.bytes);
             waiting.is_writing = false;
         }
     }
@@ -318,9 +338,10 @@ impl Session {
     fn write(&self, mut bytes: &[u8]) -> io::Result<()> {
         let mut deadline = Instant::now() + WRITE_TIMEOUT;
         while !bytes.is_empty() {
-            match (&self.socket).write(bytes) {
+            match (&self.connection.socket).write(bytes) {
                 Ok(0) => return Err(io::ErrorKind::WriteZero.into()),
                 Ok(len) => {
+                    self.connection.note_use();
                     bytes = &bytes[len..];
                     deadline = Instant::now() + WRITE_TIMEOUT;
                 }
@@ -329,7 +350,7 @@ impl Session {
                     if Instant::now() > deadline {
                         return Err(io::ErrorKind::TimedOut.into());
                     }
-                    let mut fds = [PollFd::new(&self.socket, PollFlags::OUT)];
+                    let mut fds = [PollFd::new(&self.connection.socket, PollFlags::OUT)];
                     let second = Timespec { tv_sec: 1, tv_nsec: 0 };
                     let _ = poll(&mut fds, Some(&second));
                 }
@@ -342,7 +363,7 @@ impl Session {
     /// Returns an error if the listener has disconnected. It sends nothing after the number of its
     /// stream, so anything to read is an error too.
     fn check_connected(&self) -> io::Result<()> {
-        match self.socket.peek(&mut [0]) {
+        match self.connection.socket.peek(&mut [0]) {
             Ok(0) => Err(io::ErrorKind::UnexpectedEof.into()),
             Ok(_) => Err(io::ErrorKind::InvalidData.into()),
             Err(e) if e.kind() == io::ErrorKind::WouldBlock => Ok(()),
@@ -363,24 +384,42 @@ pub(crate) fn token(stream: u32, port: u16) -> [u8; 24] {
 
 #[cfg(test)]
 mod tests {
+    use std::net::TcpStream;
+
     use super::*;
+
+    /// Connects to the streaming port and sends these bytes.
+    fn listener_to(streams: &Arc<Streams>, bytes: &[u8]) -> TcpStream {
+        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
+        let address = listener.local_addr().unwrap();
+        streams.serve(listener, &Arc::new(Connections::new())).unwrap();
+        let mut client = TcpStream::connect(address).unwrap();
+        client.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
+        client.write_all(bytes).unwrap();
+        client
+    }
+
+    #[test]
+    fn a_listener_to_a_stream_that_does_not_exist_is_disconnected() {
+        let streams = Arc::new(Streams::default());
+        for bytes in [&b"POST"[..], &0u32.to_le_bytes(), &2u32.to_le_bytes()] {
+            let mut client = listener_to(&streams, bytes);
+            assert_eq!(client.read(&mut [0]).unwrap(), 0, "{bytes:?}");
+        }
+    }
 
     #[test]
     fn a_listener_that_connects_late_receives_the_newest_message() {
         let streams = Arc::new(Streams::default());
-        streams.expect(7);
+        let stream = streams.next_number();
+        streams.expect(stream);
         streams.await_expected(Duration::ZERO);
         for content in [1, 2] {
-            assert!(streams.has_room(7, 5));
-            streams.publish(7, Arc::new(vec![1, 0, 0, 0, content]));
+            assert!(streams.has_room(stream, 5));
+            streams.publish(stream, Arc::new(vec![1, 0, 0, 0, content]));
         }
-        assert!(!streams.has_room(8, 5), "no client has requested this stream");
-        let listener = TcpListener::bind("127.0.0.1:0").unwrap();
-        let address = listener.local_addr().unwrap();
-        streams.serve(listener).unwrap();
-        let mut client = TcpStream::connect(address).unwrap();
-        client.set_read_timeout(Some(Duration::from_secs(30))).unwrap();
-        client.write_all(&7u32.to_le_bytes()).unwrap();
+        assert!(!streams.has_room(stream + 1, 5), "no client has requested this stream");
+        let mut client = listener_to(&streams, &stream.to_le_bytes());
         let mut received = [0; 5];
         client.read_exact(&mut received).unwrap();
         assert_eq!(received, [1, 0, 0, 0, 2]);

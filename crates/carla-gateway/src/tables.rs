@@ -84,12 +84,19 @@ fn check(source: &Source, what: &str, needs_inputs: bool) -> anyhow::Result<()> 
 }
 
 /// Returns the table of `show_recorder_file_info`; `all`: with every position.
-pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
+///
+/// # Errors
+///
+/// Returns an error if the file cannot be read, or the table is longer than `most` bytes.
+pub fn file_info(source: &mut Source, all: bool, most: usize) -> anyhow::Result<String> {
     check(source, "states", false)?;
     let mut text = head(source)?;
     let mut actors = ActorTable::default();
     source.each(|frame| {
         actors.update(frame);
+        if text.len() > most {
+            return;
+        }
         let mut lines = String::new();
         frame.created.iter().for_each(|created| write_created(&mut lines, created));
         for id in &frame.destroyed {
@@ -115,6 +122,11 @@ pub fn file_info(source: &mut Source, all: bool) -> anyhow::Result<String> {
             text.push_str(&lines);
         }
     })?;
+    ensure!(
+        text.len() <= most,
+        "the table has more than {} MiB; leave show_all out, or use omnibus inspect",
+        most >> 20
+    );
     let _ = write!(
         text,
         "\nFrames: {}\nDuration: {} seconds\n",

@@ -11,6 +11,7 @@ use client_lib::{
 
 use crate::{
     args::{Args, RpcError},
+    bridge::outbox::WAITING_MAX,
     msgpack::{Pack, Value},
     rpc::{Handler, Peer},
     shared_bridge::{LockedBridge, SharedBridge},
@@ -50,7 +51,11 @@ impl Handler for TrafficManager {
             return;
         }
         let mut bridge = self.bridge.lock();
-        let ended = execute(&mut bridge, method, Args::new(params));
+        let ended = if bridge.outbox.is_full() {
+            Err(format!("{WAITING_MAX} commands wait for the next tick").into())
+        } else {
+            execute(&mut bridge, method, Args::new(params))
+        };
         bridge.flush_after_call();
         match ended {
             Ok(()) => out.nil().nil(),
@@ -110,6 +115,9 @@ fn execute(bridge: &mut LockedBridge, method: &str, mut args: Args) -> Result<()
         "set_collision_detection" => {
             let (id, other) = (actor_id(&mut args)?, actor_id(&mut args)?);
             let ignores = f32::from(!args.bool()?);
+            if !bridge.exists(other) {
+                return Ok(());
+            }
             set_param(bridge, id, param::IGNORE_ACTOR.saturating_add(other), ignores)
         }
         "set_percentage_ignore_walkers" => set_percentage(bridge, args, param::IGNORE_WALKERS),
@@ -216,7 +224,12 @@ fn send_route(bridge: &mut LockedBridge, id: u32, steps: &[RouteStep]) -> Result
     Ok(())
 }
 
+/// Sets a parameter of one vehicle; 0: of all. Traffic keeps the parameters of every actor until it is
+/// destroyed, so those of actors that do not exist are ignored, as in CARLA.
 fn set_param(bridge: &mut LockedBridge, id: u32, param: u32, value: f32) -> Result<(), RpcError> {
+    if id != 0 && !bridge.exists(id) {
+        return Ok(());
+    }
     bridge.command(Command::TrafficParam(TrafficParam { actor_id: ActorId(id), param, value }));
     Ok(())
 }

@@ -20,6 +20,9 @@ pub(crate) struct Attribute {
     pub(crate) value: String,
 }
 
+/// Most bytes of a description, which is kept and sent as long as its actor exists.
+const DESCRIPTION_MAX: usize = 64 << 10;
+
 /// The blueprint and attributes from which an actor was spawned.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Description {
@@ -33,9 +36,14 @@ impl Description {
         let mut fields = args.list()?;
         let (uid, id) = (fields.u32()?, fields.text()?.to_owned());
         let mut list = fields.list()?;
-        let mut attributes = Vec::new();
+        let (mut attributes, mut bytes) = (Vec::new(), id.len());
         while list.len() > 0 {
             let mut one = list.list()?;
+            bytes += one.text_bytes() + size_of::<Attribute>();
+            if bytes > DESCRIPTION_MAX {
+                let most = DESCRIPTION_MAX >> 10;
+                return Err(format!("the attributes of {id} take more than {most} KiB").into());
+            }
             attributes.push(Attribute {
                 id: one.text()?.to_owned(),
                 kind: one.int()? as u8,

@@ -1,7 +1,13 @@
 //! The CARLA server beside a host: a process of its own that is restarted when it dies.
 
 use std::{
-    net::{IpAddr, Ipv4Addr},
+    io::{self, stdin, stdout},
+    net::{IpAddr, Ipv4Addr, TcpListener},
+    os::{
+        fd::{AsFd, BorrowedFd, OwnedFd},
+        unix::process::CommandExt,
+    },
+    path::PathBuf,
     process::{Child, Command, Stdio},
     sync::{
         Arc,
@@ -13,14 +19,13 @@ use std::{
 
 use anyhow::Context;
 use bus::Instance;
-use carla_gateway::{CarlaServer, CarlaServerConfig};
+use carla_gateway::{CarlaPorts, CarlaServer, CarlaServerConfig, CarlaServerError};
 use client_lib::Client;
+use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 
 /// The name of the role in `omnibus role`.
 pub(crate) const ROLE: &str = "gateway";
 
-/// Exit code of a server that cannot listen; a restart would fail too.
-const EXIT_CANNOT_LISTEN: i32 = 3;
 /// A server that ran at least this long is restarted without delay.
 const STABLE_AFTER: Duration = Duration::from_secs(5);
 
@@ -33,29 +38,56 @@ pub(crate) struct CarlaServerArgs {
     /// Do not start the CARLA server
     #[arg(long)]
     no_carla: bool,
-    /// The address to listen on; CARLA's protocol has no authentication
+    /// The address to listen on; CARLA's protocol has no authentication: whoever reaches the ports
+    /// controls the simulator
     #[arg(long, default_value_t = IpAddr::V4(Ipv4Addr::LOCALHOST))]
     listen: IpAddr,
+    /// The folder in which CARLA clients record and replay, and no other; default:
+    /// omnibus/recordings in $XDG_STATE_HOME, else in ~/.local/state
+    #[arg(long, value_name = "DIR")]
+    recordings: Option<PathBuf>,
 }
 
 impl CarlaServerArgs {
     fn config(&self) -> CarlaServerConfig {
-        CarlaServerConfig { port: self.carla_port, listen: self.listen }
+        let absolute = |folder: &PathBuf| std::path::absolute(folder).ok();
+        let chosen = self.recordings.as_ref().and_then(absolute);
+        CarlaServerConfig {
+            port: self.carla_port,
+            listen: self.listen,
+            recordings: chosen.or_else(carla_gateway::default_recordings_folder),
+        }
     }
 }
 
-/// Runs the process of the CARLA server until its host ends.
+/// Opens the ports for CARLA's clients, unless `--no-carla` is given.
+///
+/// The host's process keeps them open, so that clients of a server that is restarted do not reach
+/// another simulator.
+pub(crate) fn open_ports(args: &CarlaServerArgs) -> Result<Option<CarlaPorts>, CarlaServerError> {
+    if args.no_carla {
+        return Ok(None);
+    }
+    CarlaPorts::open(&args.config()).map(Some)
+}
+
+/// Runs the process of the CARLA server until its host ends. Its standard input and output are the
+/// open ports.
 pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Result<()> {
-    // The host exists before this process, so an error here concerns the ports.
-    let server = match CarlaServer::open(&args.config()) {
-        Ok(server) => server,
-        Err(e) => {
-            log::warn!("{e}");
-            std::process::exit(EXIT_CANNOT_LISTEN);
-        }
-    };
+    use_all_descriptors();
+    let listener = |fd: BorrowedFd| fd.try_clone_to_owned().map(TcpListener::from);
+    let ports =
+        CarlaPorts { calls: listener(stdin().as_fd())?, streams: listener(stdout().as_fd())? };
+    let server = CarlaServer::new(ports, &args.config())?;
     server.serve(Client::connect(Some(instance), ROLE)?)?;
     Ok(())
+}
+
+/// Allows as many open files as the system lets this process have: each connection is one.
+fn use_all_descriptors() {
+    let limit = getrlimit(Resource::Nofile);
+    // Where it fails, there is room for fewer connections.
+    let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit });
 }
 
 /// Keeps the CARLA server running.
@@ -65,28 +97,27 @@ pub(crate) struct GatewaySupervisor {
 }
 
 impl GatewaySupervisor {
-    /// Starts the server, unless `--no-carla` is given.
+    /// Starts the server of these ports, if there are any.
     pub(crate) fn start(
         args: &CarlaServerArgs,
+        ports: Option<CarlaPorts>,
         instance: &Instance,
         in_process: bool,
     ) -> anyhow::Result<GatewaySupervisor> {
         let stop = Arc::new(AtomicBool::new(false));
-        if args.no_carla {
-            return Ok(GatewaySupervisor { stop, thread: None });
-        }
+        let Some(ports) = ports else { return Ok(GatewaySupervisor { stop, thread: None }) };
         let (args, instance, stop_flag) = (args.clone(), instance.clone(), Arc::clone(&stop));
         let work = move || {
             let ended = if in_process {
-                serve(&args, &instance)
+                serve(&args, ports, &instance)
             } else {
-                supervise(&args, &instance, &stop_flag)
+                supervise(&args, &ports, &instance, &stop_flag)
             };
             if let Err(e) = ended {
                 log::warn!("{e:#}");
             }
         };
-        let thread = std::thread::Builder::new().name("door".into()).spawn(work)?;
+        let thread = std::thread::Builder::new().name("gateway".into()).spawn(work)?;
         Ok(GatewaySupervisor { stop, thread: Some(thread) })
     }
 
@@ -101,16 +132,21 @@ impl GatewaySupervisor {
 }
 
 /// Runs the server in threads of this process.
-fn serve(args: &CarlaServerArgs, instance: &Instance) -> anyhow::Result<()> {
-    let server = CarlaServer::open(&args.config())?;
+fn serve(args: &CarlaServerArgs, ports: CarlaPorts, instance: &Instance) -> anyhow::Result<()> {
+    let server = CarlaServer::new(ports, &args.config())?;
     Ok(server.serve(Client::connect_in_process(instance, ROLE)?)?)
 }
 
 /// Runs the server as a process and restarts it when it dies.
-fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> anyhow::Result<()> {
+fn supervise(
+    args: &CarlaServerArgs,
+    ports: &CarlaPorts,
+    instance: &Instance,
+    stop: &AtomicBool,
+) -> anyhow::Result<()> {
     while !stop.load(Ordering::Acquire) {
         let begun = Instant::now();
-        let mut child = spawn(args, instance).context("the CARLA door")?;
+        let mut child = spawn(args, ports, instance).context("the CARLA server")?;
         let status = loop {
             if let Some(status) = child.try_wait()? {
                 break status;
@@ -120,13 +156,10 @@ fn supervise(args: &CarlaServerArgs, instance: &Instance, stop: &AtomicBool) -> 
             }
             std::thread::park_timeout(Duration::from_millis(100));
         };
-        if stop.load(Ordering::Acquire)
-            || status.success()
-            || status.code() == Some(EXIT_CANNOT_LISTEN)
-        {
+        if stop.load(Ordering::Acquire) || status.success() {
             return Ok(());
         }
-        log::warn!("the CARLA door died ({status}); it is opened again");
+        log::warn!("the CARLA server died ({status}); it is started again");
         if begun.elapsed() < STABLE_AFTER {
             std::thread::park_timeout(Duration::from_secs(1));
         }
@@ -147,13 +180,18 @@ fn stop_child(child: &mut Child) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn spawn(args: &CarlaServerArgs, instance: &Instance) -> std::io::Result<Child> {
-    use std::os::unix::process::CommandExt;
-    Command::new(std::env::current_exe()?)
-        .args(["role", ROLE, "--instance", instance.id()])
+fn spawn(args: &CarlaServerArgs, ports: &CarlaPorts, instance: &Instance) -> io::Result<Child> {
+    let port = |listener: &TcpListener| listener.try_clone().map(|l| Stdio::from(OwnedFd::from(l)));
+    let mut command = Command::new(std::env::current_exe()?);
+    command.args(["role", ROLE, "--instance", instance.id()]);
+    if let Some(folder) = args.config().recordings {
+        command.arg("--recordings").arg(folder);
+    }
+    command
         .args(["--carla-port", &args.carla_port.to_string()])
         .args(["--listen", &args.listen.to_string()])
-        .stdin(Stdio::null())
+        .stdin(port(&ports.calls)?)
+        .stdout(port(&ports.streams)?)
         // Ctrl-C on the terminal reaches the host alone.
         .process_group(0)
         .spawn()

@@ -1,7 +1,6 @@
 //! `omnibus inspect`: describes a data set, a recording, a map, or the running simulators.
 
 use std::{
-    fs::File,
     io::Read,
     path::{Path, PathBuf},
 };
@@ -71,7 +70,7 @@ impl InspectArgs {
 /// Returns whether a file begins as MCAP files or CARLA logs do.
 fn is_recording(path: &Path) -> bool {
     let mut magic = [0; 5];
-    let read = File::open(path).and_then(|mut file| file.read_exact(&mut magic));
+    let read = bus::open_regular(path).and_then(|mut file| file.read_exact(&mut magic));
     read.is_ok() && magic == *b"\x89MCAP" || carla_log::is_log(path)
 }
 
@@ -95,7 +94,7 @@ fn inspect_recording(args: &InspectArgs, path: &Path) -> anyhow::Result<()> {
         return Ok(());
     }
     if args.info && !args.json {
-        let text = tables::file_info(&mut source, args.all)?;
+        let text = tables::file_info(&mut source, args.all, usize::MAX)?;
         print_line!("{}", text.trim_end());
         return Ok(());
     }

@@ -13,7 +13,7 @@ use sim_host::HostError;
 
 use crate::{
     collect as dataset,
-    gateway::{CarlaServerArgs, GatewaySupervisor},
+    gateway::{self, CarlaServerArgs, GatewaySupervisor},
     launch::WorldArgs,
 };
 
@@ -63,10 +63,12 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         ..Settings::default()
     };
     let stop = stop_on_signals()?;
+    // First, since a map may take long to load.
+    let ports = gateway::open_ports(&args.carla)?;
     let host = args.world.host(settings, Arc::clone(&stop))?;
     print_line!("simulator {:?} runs", host.instance().id());
-    let gateway =
-        GatewaySupervisor::start(&args.carla, host.instance(), args.world.single_process)?;
+    let in_process = args.world.single_process;
+    let gateway = GatewaySupervisor::start(&args.carla, ports, host.instance(), in_process)?;
     let ended = host.run();
     gateway.end();
     let last = ended?;

@@ -10,6 +10,9 @@ use client_lib::{
 /// Most batches that are sent within one frame of an asynchronous world.
 const BATCHES_PER_FRAME_MAX: u32 = 6;
 
+/// Most commands that wait for the next tick of a synchronous world.
+pub(crate) const WAITING_MAX: usize = 1 << 18;
+
 /// Commands without an awaited outcome, and the newest control of each vehicle.
 #[derive(Default)]
 pub(crate) struct Outbox {
@@ -47,6 +50,11 @@ impl Outbox {
     /// Returns whether a call has queued something and this frame has room for another batch.
     pub(crate) fn is_due(&self) -> bool {
         self.has_unsent && self.batches < BATCHES_PER_FRAME_MAX
+    }
+
+    /// Returns whether so many commands wait that no more are accepted.
+    pub(crate) fn is_full(&self) -> bool {
+        self.commands.len() >= WAITING_MAX
     }
 
     /// Starts counting the batches of another frame.

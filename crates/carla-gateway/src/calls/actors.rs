@@ -11,11 +11,14 @@ use crate::{
     bridge::Bridge,
     calls::call::Call,
     friction::Trigger,
-    proxy_actors::{ProxyActors, SPECTATOR},
+    proxy_actors::{PROXIES_MAX, ProxyActors, SPECTATOR},
     sensor::Sensor,
     shared_bridge::LockedBridge,
     wire::{Description, transform},
 };
+
+/// Most actors of one question: more than there can be.
+const IDS_MAX: usize = 1 << 16;
 
 pub(super) fn spectator(call: &mut Call) -> Result<(), RpcError> {
     let spectator = call.bridge.episode.actors.known(SPECTATOR).ok_or("there is no spectator")?;
@@ -26,6 +29,9 @@ pub(super) fn spectator(call: &mut Call) -> Result<(), RpcError> {
 /// Returns the actors with these ids; unknown ids are skipped.
 pub(super) fn by_id(call: &mut Call) -> Result<(), RpcError> {
     let mut list = call.args.list()?;
+    if list.len() > IDS_MAX {
+        return Err(format!("{} ids; the most are {IDS_MAX}", list.len()).into());
+    }
     let mut found = Vec::new();
     while list.len() > 0 {
         let id = list.u32()?;
@@ -115,8 +121,17 @@ impl LockedBridge<'_> {
                 turn * in_world.rotation(),
             )
         });
+        let is_proxy = ["sensor.", "controller."].iter().any(|of| description.id.starts_with(of))
+            || [blueprints::EMPTY, blueprints::FRICTION_TRIGGER].contains(&&*description.id);
+        if is_proxy && self.episode.actors.proxies.len() >= PROXIES_MAX {
+            return Err(format!(
+                "Spawn failed because of too many sensors, controllers and triggers: the most are \
+                 {PROXIES_MAX}"
+            )
+            .into());
+        }
         if description.id.starts_with("sensor.") {
-            let stream = self.episode.actors.next_stream();
+            let stream = self.streams.next_number();
             let sensor = Sensor::new(description.clone(), stream)?;
             return Ok(self.episode.actors.add_proxy(
                 description,
@@ -180,20 +195,37 @@ impl LockedBridge<'_> {
     ///
     /// Returns an error if the actor does not exist or is the spectator.
     pub(crate) fn destroy(&mut self, id: u32) -> Result<(), RpcError> {
-        if id == SPECTATOR {
-            return Err("the spectator cannot be destroyed".into());
+        self.destroy_all(&[id]).pop().unwrap_or(Ok(()))
+    }
+
+    /// Destroys actors as [`LockedBridge::destroy`] does, those of the bus by one request, and
+    /// returns the outcome of each.
+    pub(crate) fn destroy_all(&mut self, ids: &[u32]) -> Vec<Result<(), RpcError>> {
+        let not_found = || Err(RpcError::from("unable to destroy actor: not found"));
+        // Those that no snapshot shows are not there, so the host need not be asked.
+        let is_asked = |id: &u32| !ProxyActors::is_proxy(*id) && self.exists(*id);
+        let asked: Vec<u32> = ids.iter().copied().filter(is_asked).collect();
+        let commands: Vec<Command> =
+            asked.iter().map(|id| Command::Destroy(ActorId(*id))).collect();
+        let answered = self.request("destroy", &commands).unwrap_or_default();
+        let mut answered = asked.into_iter().zip(answered).peekable();
+        let mut outcomes = Vec::with_capacity(ids.len());
+        for id in ids {
+            let outcome = match answered.next_if(|(asked, _)| asked == id) {
+                _ if *id == SPECTATOR => Err("the spectator cannot be destroyed".into()),
+                Some((_, entry)) if entry.outcome.result().is_ok() => Ok(()),
+                None if self.episode.actors.proxies.contains_key(id) => Ok(()),
+                _ => not_found(),
+            };
+            if outcome.is_ok() {
+                self.episode.vehicles.remove(*id);
+                self.episode.friction.remove(*id);
+                // Dropped, a sensor's bundle is destroyed.
+                drop(self.episode.actors.remove(*id));
+            }
+            outcomes.push(outcome);
         }
-        if !ProxyActors::is_proxy(id) {
-            let not_found = |_| RpcError::from("unable to destroy actor: not found");
-            self.request_one("destroy", Command::Destroy(ActorId(id))).map_err(not_found)?;
-        } else if !self.episode.actors.proxies.contains_key(&id) {
-            return Err("unable to destroy actor: not found".into());
-        }
-        self.episode.vehicles.remove(id);
-        self.episode.friction.remove(id);
-        // Dropped, a sensor's bundle is destroyed.
-        drop(self.episode.actors.remove(id));
-        Ok(())
+        outcomes
     }
 
     /// Sets whether traffic or its client drives a vehicle.

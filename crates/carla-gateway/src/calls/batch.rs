@@ -3,10 +3,17 @@
 use crate::{
     args::{Args, RpcError},
     calls::{actors::unknown, call::Call, vehicles::read_control},
+    msgpack::Pack,
     shared_bridge::LockedBridge,
     wire::{Description, location, transform},
 };
 
+/// Most commands of one batch.
+const COMMANDS_MAX: usize = 1 << 17;
+/// Most destructions that the host is sent at once.
+const DESTROYED_MAX: usize = 1 << 12;
+/// Other connections may use the bridge after so many commands.
+const TURN: usize = 256;
 /// The deepest nesting of commands: commands after a spawn may be spawns.
 const DEPTH_MAX: u32 = 8;
 /// By the number of a command: the function that an error for an unknown actor names. Destruction
@@ -40,18 +47,57 @@ const FUNCTIONS: [&str; 22] = [
 pub(crate) fn apply(call: &mut Call) -> Result<(), RpcError> {
     let mut commands = call.args.list()?;
     let is_ticking = call.args.bool().unwrap_or(false);
-    call.out.list(commands.len());
+    let count = commands.len();
+    if count > COMMANDS_MAX {
+        let why = format!("a batch of {count} commands; the most are {COMMANDS_MAX}, send several");
+        // The official package does not show the text of this error.
+        log::warn!("apply_batch of {}: {why}", call.peer.address);
+        return Err(why.into());
+    }
+    call.out.list(count);
     while commands.len() > 0 {
+        if commands.len().is_multiple_of(TURN) {
+            call.bridge.give_way();
+        }
+        let destroyed = destroyed_next(commands);
+        if destroyed.len() > 1 {
+            for (id, outcome) in destroyed.iter().zip(call.bridge.destroy_all(&destroyed)) {
+                write_outcome(call.out, outcome.map(|()| *id));
+                commands.next()?;
+            }
+            call.bridge.give_way();
+            continue;
+        }
         let outcome = commands.list().and_then(|c| execute(&mut call.bridge, c, None, 0));
-        match outcome {
-            Ok(id) => call.out.list(1).list(2).uint(1).uint(id.into()),
-            Err(RpcError(why)) => call.out.list(1).list(2).uint(0).list(1).text(&why),
-        };
+        write_outcome(call.out, outcome);
     }
     if is_ticking && let Err(RpcError(why)) = call.bridge.tick(call.peer) {
         log::warn!("the tick after a batch failed: {why}");
     }
     Ok(())
+}
+
+fn write_outcome(out: &mut Pack, outcome: Result<u32, RpcError>) {
+    match outcome {
+        Ok(id) => out.list(1).list(2).uint(1).uint(id.into()),
+        Err(RpcError(why)) => out.list(1).list(2).uint(0).list(1).text(&why),
+    };
+}
+
+/// Returns the actors of the destructions with which the rest of a batch begins.
+fn destroyed_next(mut commands: Args) -> Vec<u32> {
+    let destroyed = |command: &mut Args| {
+        let mut variant = command.list()?.list()?;
+        let (index, mut body) = (variant.int()?, variant.list()?);
+        if index == 1 { body.u32().map(Some) } else { Ok::<_, RpcError>(None) }
+    };
+    let mut ids = Vec::new();
+    while ids.len() < DESTROYED_MAX
+        && let Ok(Some(id)) = destroyed(&mut commands)
+    {
+        ids.push(id);
+    }
+    ids
 }
 
 /// Executes one command and returns the id of its actor: `of` if the actor was spawned by the

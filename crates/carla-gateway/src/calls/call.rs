@@ -2,7 +2,10 @@
 
 use std::sync::Arc;
 
-use crate::{args::Args, msgpack::Pack, rpc::Peer, shared_bridge::LockedBridge, statics::Statics};
+use crate::{
+    args::Args, msgpack::Pack, recordings::Recordings, rpc::Peer, shared_bridge::LockedBridge,
+    statics::Statics,
+};
 
 /// A call that reads or changes the world, through the bridge, which is locked except while the call waits for the host.
 pub(crate) struct Call<'a> {
@@ -12,6 +15,7 @@ pub(crate) struct Call<'a> {
     pub(crate) out: &'a mut Pack,
     pub(crate) peer: &'a Peer,
     pub(crate) ports: Ports,
+    pub(crate) recordings: &'a Recordings,
 }
 
 /// A call that depends on the map at most, and that needs no bridge.

@@ -72,14 +72,32 @@ pub(super) fn load(call: &mut Call) -> Result<(), RpcError> {
     let running = format!("{FOLDER}{}", call.bridge.statics.map_name());
     let name = match wanted.strip_prefix("/Game/").unwrap_or(wanted) {
         SENT_MAP => sent.to_str().unwrap_or(SENT_MAP),
-        same if same == running => "",
-        _ => wanted,
+        same if same == running || same.is_empty() => "",
+        other => map_name(other)?,
     };
     call.bridge.load_world(name, hidden_layers)?;
     if reset_settings {
         change(call, EpisodeSettings::of(&client_lib::wire::Settings::default()))?;
     }
     Ok(())
+}
+
+/// Returns the plain name of a map: clients load maps by name only, not any file of the user.
+fn map_name(wanted: &str) -> Result<&str, RpcError> {
+    let name = wanted.strip_prefix(FOLDER).unwrap_or(wanted);
+    let stem = name.len().checked_sub(5).and_then(|at| name.split_at_checked(at));
+    let name = match stem {
+        Some((stem, extension)) if extension.eq_ignore_ascii_case(".xodr") => stem,
+        _ => name,
+    };
+    if name.is_empty() || name.contains(['/', '\\', '\0']) {
+        return Err(format!(
+            "{wanted:?} is not the name of a map; clients load maps by name (see \
+             get_available_maps), those of files too: omnibus run --maps DIR"
+        )
+        .into());
+    }
+    Ok(name)
 }
 
 pub(super) fn settings(call: &mut Call) -> Result<(), RpcError> {

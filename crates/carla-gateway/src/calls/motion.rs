@@ -38,6 +38,9 @@ pub(super) fn target_angular_velocity(call: &mut Call) -> Result<(), RpcError> {
 
 pub(super) fn hold(call: &mut Call) -> Result<(), RpcError> {
     let (id, velocity) = (call.args.u32()?, location(&mut call.args)?);
+    if !call.bridge.exists(id) {
+        return Err(unknown("enable_actor_constant_velocity", id));
+    }
     call.bridge.episode.motions.hold(id, velocity);
     Ok(())
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use client_lib::{Command, Profile, Replay, saved_path};
+use client_lib::{Command, Profile, Replay};
 use glam::{Quat, vec3};
 use record::Recording;
 
@@ -15,14 +15,17 @@ use crate::{
     wire::transform,
 };
 
+/// Most bytes of a table that a client receives.
+const TABLE_MAX: usize = 256 << 20;
+
 pub(super) fn start(call: &mut Call) -> Result<(), RpcError> {
-    let name = call.args.text()?;
+    let path = call.recordings.path(call.args.text()?)?;
+    let path = path.to_string_lossy();
     // A recording always contains CARLA's additional data.
-    let command = Command::start_recorder(name, Profile::State)?;
+    let command = Command::start_recorder(&path, Profile::State)?;
     let deadline = call.bridge.client.deadlines().answer;
     call.bridge.request_first("start_recorder", command, deadline)?;
-    let path = saved_path(name)?;
-    call.out.text(&path.display().to_string());
+    call.out.text(&path);
     Ok(())
 }
 
@@ -39,7 +42,7 @@ fn write(
     name: &str,
     table: impl FnOnce(&mut Source) -> anyhow::Result<String>,
 ) -> Result<(), RpcError> {
-    let path = saved_path(name)?;
+    let path = call.recordings.path(name)?;
     let text = if path.exists() {
         let read = || table(&mut Source::open(&path)?);
         call.bridge.unlocked(read).map_err(rpc_error)?
@@ -56,7 +59,7 @@ fn rpc_error(why: anyhow::Error) -> RpcError {
 
 pub(super) fn file_info(call: &mut Call) -> Result<(), RpcError> {
     let (name, all) = (call.args.text()?, call.args.bool()?);
-    write(call, name, |recording| tables::file_info(recording, all))
+    write(call, name, |recording| tables::file_info(recording, all, TABLE_MAX))
 }
 
 pub(super) fn collisions(call: &mut Call) -> Result<(), RpcError> {
@@ -85,7 +88,7 @@ pub(super) fn replay(call: &mut Call) -> Result<(), RpcError> {
         client_lib::Pose::new(vec3(-SPECTATOR_BACK_M, 0.0, SPECTATOR_UP_M), down)
     };
     let offset = if call.args.len() > 0 { transform(&mut call.args)? } else { usual() };
-    let path = saved_path(name)?;
+    let path = call.recordings.path(name)?;
     if !path.exists() {
         call.out.text(&format!("Replaying File: {name}\nFile {name} not found on server\n"));
         return Ok(());

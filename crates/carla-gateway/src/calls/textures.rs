@@ -32,8 +32,9 @@ pub(super) fn token(call: &mut Call) -> Result<(), RpcError> {
     let actors = &mut call.bridge.episode.actors;
     let stream = match actors.proxy_mut(id)?.sensor.as_deref().and_then(existing) {
         Some(stream) => stream,
-        None => actors.next_stream(),
+        None => call.bridge.streams.next_number(),
     };
+    let actors = &mut call.bridge.episode.actors;
     if let Some(sensor) = &mut actors.proxy_mut(id)?.sensor {
         sensor.textures.insert(texture, stream);
     }

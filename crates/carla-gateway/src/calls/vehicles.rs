@@ -98,6 +98,9 @@ impl LockedBridge<'_> {
 
     /// Switches the lights of a vehicle.
     pub(crate) fn set_vehicle_lights(&mut self, id: u32, lamps: u32) -> Result<(), RpcError> {
+        if !self.exists(id) {
+            return Err(unknown("set_vehicle_light_state", id));
+        }
         self.episode.vehicles.set_lights(id, lamps);
         let command = Command::SetVehicleLights(SetVehicleLights { actor_id: ActorId(id), lamps });
         self.request_one("lamps", command).map(drop)

@@ -1,6 +1,6 @@
 use std::io::{self, Read};
 
-use crate::msgpack::value::Value;
+use crate::msgpack::{budget::Budget, value::Value};
 
 /// The deepest nesting of lists; a batch with commands after spawns nests 12 deep.
 const DEPTH_MAX: usize = 64;
@@ -8,25 +8,6 @@ const DEPTH_MAX: usize = 64;
 const READ_MAX: u64 = 1 << 30;
 /// Most bytes that are allocated before they are received.
 const CHUNK: usize = 1 << 16;
-
-/// How much of one request is kept in memory.
-#[derive(Clone, Copy, Debug)]
-pub struct Budget {
-    /// The number of values that may still be kept.
-    pub values: usize,
-    /// The number of bytes of text that may still be kept.
-    pub bytes: usize,
-    /// Something was discarded.
-    pub is_exceeded: bool,
-    read: u64,
-}
-
-impl Budget {
-    /// Creates a budget for one request.
-    pub fn new(values: usize, bytes: usize) -> Budget {
-        Budget { values, bytes, is_exceeded: false, read: 0 }
-    }
-}
 
 /// Why no value could be read. The stream cannot be used any longer.
 #[derive(Debug, thiserror::Error)]
@@ -46,6 +27,17 @@ pub enum DecodeError {
     /// A request is too long.
     #[error("request is longer than {READ_MAX} bytes")]
     TooLong,
+    /// The bytes are not a request.
+    #[error(
+        "byte {found:#04x} is not {expected}: this is not a call of msgpack-rpc; is it another \
+         protocol, HTTP for instance?"
+    )]
+    NotARequest {
+        /// The part of a request that the byte should begin.
+        expected: &'static str,
+        /// The byte.
+        found: u8,
+    },
     /// An extension type, or the byte that MessagePack does not use.
     #[error("unsupported MessagePack type {0:#04x}")]
     Unknown(u8),
@@ -57,25 +49,30 @@ pub enum DecodeError {
 ///
 /// Returns an error if the stream ends or the value is malformed or too large.
 pub fn read(input: &mut impl Read, budget: &mut Budget) -> Result<Value, DecodeError> {
+    let first = first_byte(input)?;
+    Decoder { input, budget }.value(first, 0)
+}
+
+/// Reads the first byte of a value.
+pub(super) fn first_byte(input: &mut impl Read) -> Result<u8, DecodeError> {
     let mut first = [0];
     loop {
         match input.read(&mut first) {
             Ok(0) => return Err(DecodeError::Ended),
-            Ok(_) => break,
+            Ok(_) => return Ok(first[0]),
             Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
             Err(e) => return Err(DecodeError::Io(e)),
         }
     }
-    Decoder { input, budget }.value(first[0], 0)
 }
 
-struct Decoder<'a, R> {
-    input: &'a mut R,
-    budget: &'a mut Budget,
+pub(super) struct Decoder<'a, R> {
+    pub(super) input: &'a mut R,
+    pub(super) budget: &'a mut Budget,
 }
 
 impl<R: Read> Decoder<'_, R> {
-    fn value(&mut self, first: u8, depth: usize) -> Result<Value, DecodeError> {
+    pub(super) fn value(&mut self, first: u8, depth: usize) -> Result<Value, DecodeError> {
         self.spend(1)?;
         Ok(match first {
             0x00..=0x7f => Value::Int(first.into()),
@@ -133,10 +130,7 @@ impl<R: Read> Decoder<'_, R> {
         for _ in 0..len {
             let [first] = self.array()?;
             let value = self.value(first, depth + 1)?;
-            if self.budget.values == 0 {
-                self.budget.is_exceeded = true;
-            } else {
-                self.budget.values -= 1;
+            if self.budget.keep_value() {
                 values.push(value);
             }
         }
@@ -154,12 +148,7 @@ impl<R: Read> Decoder<'_, R> {
     /// Reads `len` bytes; returns none of them if they exceed the budget.
     fn run(&mut self, len: u64) -> Result<Vec<u8>, DecodeError> {
         self.spend(len)?;
-        let is_kept = len as usize <= self.budget.bytes;
-        if is_kept {
-            self.budget.bytes -= len as usize;
-        } else {
-            self.budget.is_exceeded = true;
-        }
+        let is_kept = self.budget.keep_bytes(len as usize);
         let mut bytes = Vec::new();
         let mut left = len as usize;
         while left > 0 {
@@ -175,18 +164,18 @@ impl<R: Read> Decoder<'_, R> {
         Ok(bytes)
     }
 
-    fn uint<const N: usize>(&mut self) -> Result<u64, DecodeError> {
+    pub(super) fn uint<const N: usize>(&mut self) -> Result<u64, DecodeError> {
         let bytes: [u8; N] = self.array()?;
         Ok(bytes.iter().fold(0, |all, byte| all << 8 | u64::from(*byte)))
     }
 
-    fn array<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
+    pub(super) fn array<const N: usize>(&mut self) -> Result<[u8; N], DecodeError> {
         let mut bytes = [0; N];
         self.fill(&mut bytes)?;
         Ok(bytes)
     }
 
-    fn fill(&mut self, bytes: &mut [u8]) -> Result<(), DecodeError> {
+    pub(super) fn fill(&mut self, bytes: &mut [u8]) -> Result<(), DecodeError> {
         self.input.read_exact(bytes).map_err(|e| match e.kind() {
             io::ErrorKind::UnexpectedEof => DecodeError::Truncated,
             _ => DecodeError::Io(e),

@@ -15,6 +15,11 @@ impl Pack {
         &self.bytes
     }
 
+    /// Returns the number of bytes that the buffer has reserved.
+    pub fn capacity(&self) -> usize {
+        self.bytes.capacity()
+    }
+
     /// Converts the buffer into its bytes.
     pub fn into_bytes(self) -> Vec<u8> {
         self.bytes

@@ -93,3 +93,55 @@ fn no_mutation_of_a_request_panics() {
     }
     assert!(good > 1000 && bad > 1000, "{good} decoded, {bad} did not");
 }
+
+fn request(bytes: &[u8]) -> Result<Request, DecodeError> {
+    read_request(&mut &bytes[..], &mut Budget::new(1000, 1000))
+}
+
+#[test]
+fn requests_and_notifications_are_read_in_every_form_of_their_lists() {
+    let metadata = vec![Value::List(vec![Value::Bool(false)])];
+    let tick = Request { id: Some(9), method: "tick_cue".into(), params: metadata };
+    assert_eq!(request(TICK).unwrap(), tick);
+    for head in [&b"\xdc\x00\x04"[..], b"\xdd\x00\x00\x00\x04"] {
+        assert_eq!(request(&[head, &TICK[1..]].concat()).unwrap(), tick);
+    }
+    let sent = request(b"\x93\x02\xd9\x08tick_cue\x91\x91\xc2").unwrap();
+    assert_eq!((sent.id, sent.method.as_str()), (None, "tick_cue"));
+}
+
+#[test]
+fn what_is_not_a_request_is_rejected_at_its_first_wrong_byte() {
+    for bytes in [
+        &b"POST / HTTP/1.1\r\n\r\n\x94\x00\x09\xa8tick_cue\x91\x91\xc2"[..],
+        b"\x16\x03\x01",
+        b"\x93\x00\x09\xa8",
+        b"\x94\x01\x09\xc0",
+        b"\x94\x02\x09\xa8",
+        b"\x94\x00\xa1x",
+        b"\x94\x00\x09\x07",
+        b"\x94\x00\x09\xdb\x00\x00\x00\x08tick_cue\x90",
+        b"\x94\x00\x09\xa8tick_cue\x80",
+        b"\x94\x00\x09\xda\x10\x00",
+        b"\xdd\xff\xff\xff\xff\x00",
+    ] {
+        let ended = request(bytes);
+        assert!(matches!(ended, Err(DecodeError::NotARequest { .. })), "{bytes:x?}: {ended:?}");
+    }
+}
+
+#[test]
+fn a_request_that_exceeds_the_budget_keeps_its_id_and_its_name() {
+    let mut pack = Pack::new();
+    pack.list(4).uint(0).uint(7).text("apply_batch").list(2).list(3000);
+    for i in 0..3000 {
+        pack.uint(i);
+    }
+    pack.bool(true);
+    let bytes = [pack.bytes(), TICK].concat();
+    let (mut input, mut budget) = (&bytes[..], Budget::new(1000, 1000));
+    let read = read_request(&mut input, &mut budget).unwrap();
+    assert!(budget.is_exceeded);
+    assert_eq!((read.id, read.method.as_str()), (Some(7), "apply_batch"));
+    assert_eq!(input, TICK);
+}
