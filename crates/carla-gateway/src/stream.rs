@@ -64,6 +64,9 @@ struct Listening {
     by_stream: BTreeMap<u32, Vec<Arc<Session>>>,
     /// Streams that a client has requested and to which it has not connected yet.
     expected: BTreeSet<u32>,
+    /// Streams for which a tick has waited in vain since a client has connected to them last. No
+    /// tick waits for them again: a client could otherwise delay every tick.
+    in_vain: BTreeSet<u32>,
     /// Streams that a client has requested and to which none has connected yet, with the newest
     /// message since: on a loaded machine a client connects later than a tick waits for it.
     late: BTreeMap<u32, Option<Message>>,
@@ -108,6 +111,7 @@ impl Streams {
         {
             let mut listening = self.lock();
             listening.expected.remove(&stream);
+            listening.in_vain.remove(&stream);
             if let Some(Some(message)) = listening.late.remove(&stream) {
                 session.send(&message);
             }
@@ -181,7 +185,9 @@ impl Streams {
     /// Expects a listener: a client has requested the stream.
     pub(crate) fn expect(&self, stream: u32) {
         let mut listening = self.lock();
-        listening.expected.insert(stream);
+        if !listening.in_vain.contains(&stream) {
+            listening.expected.insert(stream);
+        }
         if stream != WORLD && !listening.by_stream.contains_key(&stream) {
             listening.late.entry(stream).or_default();
             // The oldest streams have the lowest numbers.
@@ -199,7 +205,8 @@ impl Streams {
         while !listening.expected.is_empty() {
             let left = deadline.saturating_duration_since(Instant::now());
             if left.is_zero() {
-                listening.expected.clear();
+                let late = std::mem::take(&mut listening.expected);
+                listening.in_vain.extend(late);
                 return;
             }
             let waited = self.connected.wait_timeout(listening, left);
@@ -406,6 +413,22 @@ mod tests {
             let mut client = listener_to(&streams, bytes);
             assert_eq!(client.read(&mut [0]).unwrap(), 0, "{bytes:?}");
         }
+    }
+
+    #[test]
+    fn a_stream_is_awaited_in_vain_once_until_a_client_connects() {
+        let streams = Arc::new(Streams::default());
+        let stream = streams.next_number();
+        streams.expect(stream);
+        assert!(streams.is_wanted(stream));
+        streams.await_expected(Duration::ZERO);
+        streams.expect(stream);
+        assert!(streams.lock().expected.is_empty());
+        streams.publish(stream, Arc::new(vec![0; 4]));
+        let mut client = listener_to(&streams, &stream.to_le_bytes());
+        client.read_exact(&mut [0; 4]).unwrap();
+        streams.expect(stream);
+        assert!(streams.lock().expected.contains(&stream));
     }
 
     #[test]

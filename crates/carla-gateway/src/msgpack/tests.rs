@@ -145,3 +145,27 @@ fn a_request_that_exceeds_the_budget_keeps_its_id_and_its_name() {
     assert_eq!((read.id, read.method.as_str()), (Some(7), "apply_batch"));
     assert_eq!(input, TICK);
 }
+
+#[test]
+fn large_requests_share_the_memory_of_a_pool() {
+    let pool = std::sync::Arc::new(Pool::of_mib(2));
+    let bytes = |mib: usize| {
+        let mut pack = Pack::new();
+        pack.list(3).uint(2).text("send").list(1).text(&"x".repeat(mib << 20));
+        pack.into_bytes()
+    };
+    let budget_of = |bytes: &[u8]| {
+        let mut budget = Budget::of_pool(1000, 1 << 30, &pool);
+        read_request(&mut &bytes[..], &mut budget).unwrap();
+        budget
+    };
+    let two = bytes(2);
+    let first = budget_of(&two);
+    assert!(!first.is_exceeded);
+    assert!(budget_of(&two).is_exceeded, "the first request holds the whole pool");
+    // What needs no more than every request may take is not affected.
+    assert!(!budget_of(TICK).is_exceeded);
+    drop(first);
+    assert!(!budget_of(&two).is_exceeded);
+    assert!(budget_of(&bytes(4)).is_exceeded);
+}
