@@ -250,4 +250,52 @@ mod tests {
             "sensor \"front\" of bundle \"r\": its pose is not finite, or its rotation not of unit length",
         );
     }
+
+    #[test]
+    fn every_number_of_a_sensor_is_refused_or_gives_a_finite_pose_and_a_bounded_bundle() {
+        use protocol::{
+            CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, MessageSpec, ObstacleSpec,
+            OdometrySpec,
+        };
+        let lidar = SensorSpec {
+            kind: sensor::LIDAR,
+            outputs: output::POINTS,
+            upper_rad: 0.2,
+            lower_rad: -0.2,
+            range_m: 50.0,
+            ..camera()
+        };
+        let specs = [
+            camera(),
+            lidar,
+            SensorSpec::physics("front", Pose::IDENTITY, &ImuSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &GnssSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &OdometrySpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &CollisionSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &LaneInvasionSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &ObstacleSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &CamSpec::default()),
+            SensorSpec::physics("front", Pose::IDENTITY, &MessageSpec::default()),
+        ];
+        let far = Pose::level(glam::Vec3::splat(protocol::PLACE_MAX_M), 0.3);
+        let command = CreateBundle { sensor_count: 1, max_borrowed: 2, ..CreateBundle::default() };
+        for spec in specs {
+            let kind = spec.kind;
+            check(spec, "");
+            for word in 0..size_of::<SensorSpec>() / 4 {
+                for value in [f32::NAN, f32::INFINITY, 3e38, -1e30, 1e-40, 9e4] {
+                    let mut spec = spec;
+                    bytemuck::bytes_of_mut(&mut spec)[word * 4..][..4]
+                        .copy_from_slice(&value.to_ne_bytes());
+                    if check_bundle(&command, &[spec]).is_err() {
+                        continue;
+                    }
+                    let at = far.then(&spec.parent_from_sensor);
+                    assert!(at.is_valid(), "kind {kind} word {word} {value}: {at:?}");
+                    let bytes = layout(&[spec]).1;
+                    assert!(bytes < 1 << 33, "kind {kind} word {word} {value}: {bytes} bytes");
+                }
+            }
+        }
+    }
 }

@@ -109,6 +109,14 @@ impl Replay {
         let mut there = BTreeSet::new();
         for recorded in &actors {
             let id = recorded.actor_id;
+            let limbs_of = WalkerLimbs::find(&limbs, id);
+            if !recorded.is_valid() || limbs_of.is_some_and(|limbs| !limbs.is_valid()) {
+                return Err(Refusal::file(format!(
+                    "the recording is damaged: the state of {id} at {:.2} s holds a number that is \
+                     not finite, or beyond 1e10",
+                    self.at_nanos as f64 / 1e9
+                )));
+            }
             if self.ignored.contains(&id) {
                 continue;
             }
@@ -126,7 +134,7 @@ impl Replay {
                     own
                 }
             };
-            world.show(own, recorded, WalkerLimbs::find(&limbs, id));
+            world.show(own, recorded, limbs_of);
         }
         let gone: Vec<_> = self.shown.keys().filter(|id| !there.contains(id)).copied().collect();
         Ok(gone.iter().filter_map(|id| self.shown.remove(id)).collect())

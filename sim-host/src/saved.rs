@@ -10,7 +10,7 @@ use protocol::{
     WalkerLimbs,
 };
 
-use crate::request::Pending;
+use crate::{physics::Physics, request::Pending};
 
 /// The magic number of a saved state, and the version of its layout.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
@@ -183,6 +183,30 @@ impl SavedState {
             decision: (head.decision != 0).then_some((head.header, payload)),
             pending,
         })
+    }
+
+    /// Makes the checksums of bytes right, as far as the bytes have the layout of a state. Fuzzing
+    /// reaches with it what lies behind the checksums.
+    pub fn seal(bytes: &mut [u8]) {
+        let Some((head, body)) = bytes.split_at_mut_checked(size_of::<Head>()) else { return };
+        let mut read: Head = bytemuck::pod_read_unaligned(head);
+        let before = [
+            (read.standing, size_of::<JournalEntry>()),
+            (read.actors, size_of::<ActorState>() + size_of::<Name>()),
+            (read.limbs, size_of::<WalkerLimbs>()),
+        ];
+        let begin = before.iter().fold(0u64, |sum, (count, size)| {
+            sum.saturating_add(count.saturating_mul(*size as u64))
+        });
+        let end = begin.saturating_add(read.physics);
+        if let (Ok(begin), Ok(end)) = (usize::try_from(begin), usize::try_from(end))
+            && let Some(physics) = body.get_mut(begin..end)
+        {
+            Physics::seal(physics);
+        }
+        read.sum = 0;
+        read.sum = sum(&read, body);
+        head.copy_from_slice(bytemuck::bytes_of(&read));
     }
 
     /// Returns the decision of traffic: controls, lights and the planner's state.

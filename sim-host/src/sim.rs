@@ -18,9 +18,9 @@ use std::convert::Infallible;
 use mesh::WordHash;
 use protocol::{
     ActorId, ActorState, BundleId, BundleReceipt, Command, CommandGroup, CreateBundle, HideLayers,
-    JournalEntry, LightState, LoadMap, Name, Outcome, PIPELINE_MAX, Query, Refusal, Response,
-    SensorCommand, SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState,
-    Transmit, VehicleControl, Weather, WorldCommand,
+    JournalEntry, LightState, LoadMap, Name, Outcome, Query, Refusal, Response, SensorCommand,
+    SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit,
+    VehicleControl, Weather, WorldCommand,
 };
 use town::Town;
 
@@ -33,9 +33,6 @@ use crate::{
 
 #[cfg(test)]
 mod tests;
-
-/// The largest magnitude of a number in the weather or in a traffic parameter.
-const NUMBER_MAX: f32 = 1e6;
 
 /// What traffic decided: it acts in the next frame.
 #[derive(Clone, Copy, Debug)]
@@ -309,6 +306,7 @@ impl Sim {
     ///
     /// The cause of the refusal; the world is unchanged.
     pub fn apply_world(&mut self, command: &WorldCommand) -> Result<u32, Refusal> {
+        command.check()?;
         let id = self.world.apply(command)?;
         self.standing.apply(&(*command).into(), &Outcome::done(id));
         Ok(id)
@@ -324,24 +322,9 @@ impl Sim {
         command: &StandingCommand,
         first: Stamp,
     ) -> Result<Outcome, Refusal> {
+        command.check()?;
         let outcome = match command {
-            StandingCommand::SetWeather(weather) => {
-                check_weather(weather)?;
-                Outcome::done(0)
-            }
-            StandingCommand::SetSettings(settings) => {
-                check_settings(settings)?;
-                Outcome::done(0)
-            }
-            StandingCommand::TrafficParam(set) => {
-                if set.value.is_nan() || set.value.abs() > NUMBER_MAX {
-                    return Err(Refusal::out_of_range(format!(
-                        "traffic param {} is {}, not a number within ±{NUMBER_MAX}",
-                        set.param, set.value
-                    )));
-                }
-                Outcome::done(set.actor_id.0)
-            }
+            StandingCommand::TrafficParam(set) => Outcome::done(set.actor_id.0),
             StandingCommand::HideLayers(to) => {
                 World::check_layers(to)?;
                 Outcome::done(0)
@@ -363,9 +346,10 @@ impl Sim {
                 Outcome::done(to.actor_id.0)
             }
             StandingCommand::Draw(shape) => self.standing.shapes.admit(shape, first)?,
-            StandingCommand::SetWeatherAffectsGrip(_) | StandingCommand::EraseShapes(_) => {
-                Outcome::done(0)
-            }
+            StandingCommand::SetWeather(_)
+            | StandingCommand::SetSettings(_)
+            | StandingCommand::SetWeatherAffectsGrip(_)
+            | StandingCommand::EraseShapes(_) => Outcome::done(0),
         };
         self.standing.apply(&(*command).into(), &outcome);
         match command {
@@ -495,9 +479,14 @@ impl Sim {
         self.world.restore(state)?;
         self.standing = StandingState::default();
         for entry in &state.standing {
-            if let Some(command) = entry.command.decode() {
-                self.standing.apply(&command, &entry.outcome);
+            let Some(command) = entry.command.decode() else { continue };
+            if let CommandGroup::Standing(standing) = command.group()
+                && let Err(why) = standing.check()
+            {
+                log::warn!("the saved state holds a command that is not applied: {why}");
+                continue;
             }
+            self.standing.apply(&command, &entry.outcome);
         }
         self.standing.shapes.skip_numbers(state.last_shape);
         self.stamp = state.stamp;
@@ -519,7 +508,7 @@ impl Sim {
         self.stamp = Stamp { frame, episode, ..self.stamp };
         let Settings { delta_nanos, substep_max_nanos, .. } = self.standing.settings;
         let loaded = Settings { delta_nanos, substep_max_nanos, ..settings };
-        self.standing.settings = if check_settings(&loaded).is_ok() { loaded } else { settings };
+        self.standing.settings = if loaded.check().is_ok() { loaded } else { settings };
         self.standing.shapes.skip_numbers(last_shape);
         self.standing.shapes.renumber(frame.next());
         Ok(())
@@ -550,35 +539,4 @@ fn sensors_of(bundle: &CreateBundle, client: Name, rest: &[Request]) -> Vec<Sens
 fn grip_under(weather: &Weather) -> f32 {
     let share = |percent: f32| (percent / 100.0).clamp(0.0, 1.0);
     (1.0 - 0.3 * share(weather.wetness)) * (1.0 - 0.3 * share(weather.precipitation_deposits))
-}
-
-fn check_weather(weather: &Weather) -> Result<(), Refusal> {
-    let values: &[f32] = bytemuck::cast_slice(std::slice::from_ref(weather));
-    match values.iter().find(|v| !v.is_finite() || v.abs() > NUMBER_MAX) {
-        Some(value) => Err(Refusal::out_of_range(format!(
-            "the weather holds {value}, which is not a number within ±{NUMBER_MAX}"
-        ))),
-        None => Ok(()),
-    }
-}
-
-fn check_settings(settings: &Settings) -> Result<(), Refusal> {
-    let (delta, substep) = (settings.delta_nanos, settings.substep_max_nanos);
-    if !(100_000..=10_000_000_000).contains(&delta) {
-        return Err(Refusal::out_of_range(format!(
-            "delta_nanos is {delta}, not 100000 to 10000000000 (0.1 ms to 10 s)"
-        )));
-    }
-    if !(100_000..=100_000_000).contains(&substep) {
-        return Err(Refusal::out_of_range(format!(
-            "substep_max_nanos is {substep}, not 100000 to 100000000"
-        )));
-    }
-    if settings.pipeline > PIPELINE_MAX {
-        return Err(Refusal::out_of_range(format!(
-            "pipeline is {}, PIPELINE_MAX is {PIPELINE_MAX}",
-            settings.pipeline
-        )));
-    }
-    Ok(())
 }

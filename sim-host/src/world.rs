@@ -7,7 +7,7 @@ use mesh::{ObjectId, WordHash};
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, BODY_LIFE_NANOS, LightState, Name, Pose, ROUTE_STEPS, Refusal,
     RouteCommand, STRIDE, SetDead, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs,
-    WorldCommand, flag, kind, lamp, light, route_step,
+    WorldCommand, flag, kind, lamp, light,
 };
 use town::{Blueprint, Kind, Layer, Town};
 
@@ -128,7 +128,6 @@ impl World {
             WorldCommand::Spawn(spawn) => self.spawn(spawn).map(|id| id.0),
             WorldCommand::Destroy(id) => self.destroy(*id).map(|()| id.0),
             WorldCommand::Teleport(to) => {
-                check_pose(&to.pose)?;
                 self.movable(to.actor_id)?;
                 self.physics.teleport(to.actor_id, &to.pose)?;
                 self.movable(to.actor_id)?.pose = to.pose;
@@ -142,7 +141,6 @@ impl World {
                 Ok(to.actor_id.0)
             }
             WorldCommand::Control(control) => {
-                check_control(control)?;
                 let actor = self.movable(control.actor_id)?;
                 if actor.kind != kind::VEHICLE {
                     return Err(Refusal::wrong_kind(format!(
@@ -312,7 +310,6 @@ impl World {
                 self.actors.len()
             )));
         }
-        check_pose(&spawn.pose)?;
         let name = spawn.blueprint;
         let (index, blueprint) = town::blueprint(name.as_str()).ok_or_else(|| {
             let count = town::catalogue().len();
@@ -405,23 +402,11 @@ impl World {
     /// Checks a route of a vehicle. Traffic reads the command in the journal and follows it.
     fn check_route(&mut self, route: &RouteCommand) -> Result<(), Refusal> {
         self.vehicle(route.actor_id, "route")?;
-        let count = route.count as usize;
-        let steps = route.steps.get(..count).ok_or_else(|| {
-            Refusal::out_of_range(format!(
-                "route of {count} steps, ROUTE_STEPS is {ROUTE_STEPS}; send the rest in another command"
-            ))
-        })?;
-        for (nth, step) in steps.iter().enumerate() {
-            let with_step =
-                |refusal: Refusal| refusal.about(format_args!("step {nth} of the route"));
-            check_pose(&Pose { position_m: step.position_m, ..Pose::IDENTITY })
-                .map_err(with_step)?;
-            if !(route_step::PLACE..=route_step::LANE_RIGHT).contains(&step.kind) {
-                return Err(Refusal::out_of_range(format!(
-                    "step {nth} of the route has unknown kind {}, not 1 to 6",
-                    step.kind
-                )));
-            }
+        if route.count as usize > ROUTE_STEPS {
+            return Err(Refusal::out_of_range(format!(
+                "route of {} steps, ROUTE_STEPS is {ROUTE_STEPS}; send the rest in another command",
+                route.count
+            )));
         }
         Ok(())
     }
@@ -432,7 +417,7 @@ impl World {
         for control in controls {
             let Some(state) = self.actors.get_mut(control.actor_id) else { continue };
             let drives = state.kind == kind::VEHICLE && state.has(flag::AUTOPILOT);
-            if drives && check_control(control).is_ok() {
+            if drives && control.check().is_ok() {
                 if control.lamps & lamp::SWITCHED != 0 {
                     state.lamps = control.lamps & lamp::ALL;
                 }
@@ -516,6 +501,13 @@ impl World {
     /// Restores a state; on an error the world is unchanged.
     pub(crate) fn restore(&mut self, state: &SavedState) -> Result<(), StateError> {
         let damaged = |e: PhysicsError| StateError::Damaged(e.to_string());
+        let wrong = (state.actors.iter().find(|actor| !actor.is_valid()).map(|a| a.actor_id))
+            .or(state.limbs.iter().find(|limbs| !limbs.is_valid()).map(|limbs| limbs.actor_id));
+        if let Some(id) = wrong {
+            return Err(StateError::Damaged(format!(
+                "the state of {id} holds a number that is not finite, or beyond 1e10"
+            )));
+        }
         self.physics.restore(&state.physics).map_err(damaged)?;
         self.actors = ActorTable::default();
         for (actor, role) in state.actors.iter().zip(&state.roles) {
@@ -576,38 +568,6 @@ fn advance_stride(state: &mut ActorState, delta_nanos: u64) {
 
 fn set(flags: &mut u32, bit: u32, on: bool) {
     if on { *flags |= bit } else { *flags &= !bit }
-}
-
-fn check_pose(pose: &Pose) -> Result<(), Refusal> {
-    if !pose.is_valid() {
-        return Err(Refusal::out_of_range(format!(
-            "pose {:?}, {:?} is not finite, or its rotation not of unit length",
-            pose.position_m, pose.rotation
-        )));
-    }
-    let far = pose.position().abs().max_element();
-    if far > 1e5 {
-        return Err(Refusal::out_of_range(format!(
-            "position {} lies {far} m from the origin; the limit is 100000 m",
-            pose.position()
-        )));
-    }
-    Ok(())
-}
-
-fn check_control(control: &VehicleControl) -> Result<(), Refusal> {
-    let VehicleControl { throttle, brake, steer, .. } = *control;
-    for (what, value, low) in
-        [("throttle", throttle, 0.0), ("brake", brake, 0.0), ("steer", steer, -1.0)]
-    {
-        if !(low..=1.0).contains(&value) {
-            return Err(Refusal::out_of_range(format!(
-                "{what} of {} is {value}, not {low} to 1",
-                control.actor_id
-            )));
-        }
-    }
-    Ok(())
 }
 
 fn kind_of(blueprint: &Blueprint) -> Result<u32, Refusal> {

@@ -135,7 +135,7 @@ fn a_refused_command_is_named_and_the_world_goes_on() {
     refused(
         RefusalCode::OutOfRange,
         Command::Teleport(Teleport { actor_id: car, pose: far }),
-        &["100000 m"],
+        &["10000000", "50000"],
     );
     refused(RefusalCode::WrongKind, Command::Jump(car), &["walker"]);
     refused(RefusalCode::NotFound, Command::DestroyBundle(BundleId(77)), &["77"]);

@@ -9,6 +9,7 @@ mod actor;
 mod actor_command;
 mod bones;
 mod bundle_receipt;
+mod check;
 mod command;
 mod debug_shapes;
 mod drawing;
@@ -52,6 +53,7 @@ pub use actor_command::{
 };
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
 pub use bundle_receipt::BundleReceipt;
+pub use check::{PLACE_MAX_M, SPEED_MAX_MPS};
 pub use command::{
     BATCH_MAX, BatchHeader, Command, CommandGroup, Nothing, RawCommand, SensorCommand,
     ServiceCommand, StandingCommand, WorldCommand,

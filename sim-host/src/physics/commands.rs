@@ -1,7 +1,7 @@
 //! Commands to actors: teleport, velocity, controls.
 
 use glam::{Vec2, Vec3};
-use protocol::{ActorId, Pose, VehicleControl};
+use protocol::{ActorId, Pose, SPEED_MAX_MPS, VehicleControl};
 use rapier3d::prelude::RigidBodyType;
 
 use super::{
@@ -16,9 +16,8 @@ use super::{
     world::Physics,
 };
 
-/// Speed limit of rapier.
-const SPEED_MAX_MPS: f32 = 400.0;
-const SPIN_MAX_RADPS: f32 = 100.0;
+/// Largest angular velocity that a client may set.
+const SET_SPIN_MAX_RADPS: f32 = 100.0;
 
 impl Physics {
     /// Removes an actor.
@@ -87,7 +86,7 @@ impl Physics {
             id,
             "angular velocity",
             spin_radps,
-            SPIN_MAX_RADPS,
+            SET_SPIN_MAX_RADPS,
             "not finite, or above 100 rad/s",
         )?;
         let actor = self.actors.wake(index);

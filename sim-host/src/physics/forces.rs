@@ -4,7 +4,8 @@ use glam::Vec3;
 use protocol::ActorId;
 
 use super::{
-    actor::Kind, error::PhysicsError, limits::check_length, walker::Walker, world::Physics,
+    actor::Kind, error::PhysicsError, limits::check_length, rigid_body::limit_speeds,
+    walker::Walker, world::Physics,
 };
 
 /// Largest impulse and force: the change of velocity in one frame that the solver tolerates.
@@ -28,6 +29,7 @@ impl Physics {
         let body = &mut self.world.bodies[self.actors.wake(index).body];
         body.apply_impulse(linear_ns, true);
         body.apply_torque_impulse(angular_nms, true);
+        limit_speeds(body);
         Ok(())
     }
 

@@ -5,7 +5,10 @@
 //! then gets the mean force, and both reach the same velocity.
 
 use glam::{Mat3, Vec3};
+use protocol::SPEED_MAX_MPS;
 use serde::{Deserialize, Serialize};
+
+use super::limits::SPIN_MAX_RADPS;
 
 /// The state of a rigid body, in world space.
 #[derive(Clone, Copy, Debug)]
@@ -55,14 +58,16 @@ impl Motion {
     }
 
     /// Advances by `dt` seconds under a force and gravity: semi-implicit Euler, as the rigid-body
-    /// world does.
+    /// world does, with the same limits of speed.
     #[inline]
     pub(super) fn advance(&mut self, wrench: &Wrench, mass_kg: f32, inertia_kgm2: Vec3, dt: f32) {
         self.velocity_mps += (wrench.force_n / mass_kg - Vec3::Z * self.gravity_mps2) * dt;
+        self.velocity_mps = self.velocity_mps.clamp_length_max(SPEED_MAX_MPS);
         let to_body = self.axes.transpose();
         let spin = to_body * self.spin_radps;
         let torque = to_body * wrench.torque_nm - spin.cross(spin * inertia_kgm2);
         self.spin_radps += self.axes * (torque / inertia_kgm2) * dt;
+        self.spin_radps = self.spin_radps.clamp_length_max(SPIN_MAX_RADPS);
         self.com_m += self.velocity_mps * dt;
         let turn = self.spin_radps * dt;
         self.axes.x_axis += turn.cross(self.axes.x_axis);

@@ -1,10 +1,13 @@
 //! The motion of a rapier body in the terms of [`Motion`] and of snapshots.
 
 use glam::{Mat3, Quat, Vec3};
-use protocol::{Pose as BusPose, parts};
+use protocol::{Pose as BusPose, SPEED_MAX_MPS, parts};
 use rapier3d::prelude::{Pose, RigidBody};
 
-use super::motion::{Motion, Twist, Wrench};
+use super::{
+    limits::SPIN_MAX_RADPS,
+    motion::{Motion, Twist, Wrench},
+};
 
 /// Returns the velocity of the body's origin. Rapier's is that of the centre of mass.
 pub(super) fn origin_mps(body: &RigidBody) -> Vec3 {
@@ -28,6 +31,17 @@ pub(super) fn apply(body: &mut RigidBody, wrench: &Wrench) {
     body.reset_torques(false);
     body.add_force(wrench.force_n, true);
     body.add_torque(wrench.torque_nm, true);
+}
+
+/// Limits the speeds of a body, which impulses and contacts have changed.
+pub(super) fn limit_speeds(body: &mut RigidBody) {
+    let (velocity, spin) = (body.linvel(), body.angvel());
+    if velocity.length_squared() > SPEED_MAX_MPS * SPEED_MAX_MPS {
+        body.set_linvel(velocity.clamp_length_max(SPEED_MAX_MPS), true);
+    }
+    if spin.length_squared() > SPIN_MAX_RADPS * SPIN_MAX_RADPS {
+        body.set_angvel(spin.clamp_length_max(SPIN_MAX_RADPS), true);
+    }
 }
 
 /// Sets the next pose of a kinematic body from its velocity.

@@ -101,6 +101,13 @@ impl Physics {
         bytes
     }
 
+    /// Makes the checksum of saved bytes right.
+    pub(crate) fn seal(bytes: &mut [u8]) {
+        if let Some((bytes, sum)) = bytes.split_last_chunk_mut::<8>() {
+            *sum = digest(bytes).to_le_bytes();
+        }
+    }
+
     /// Restores saved bytes.
     ///
     /// # Errors
@@ -126,6 +133,7 @@ impl Physics {
             rest.models.into_iter().map(|m| Arc::new(Prepared::new(Arc::new(m)))).collect();
         let mut actors = Vec::with_capacity(rest.actors.len());
         for saved in rest.actors {
+            check_body(&world, &saved)?;
             let kind = match saved.kind {
                 SavedKind::Vehicle(index, tuning, state) => {
                     let lacks =
@@ -136,6 +144,9 @@ impl Physics {
                         let tuning =
                             tuning::from_bytes(&bytes).ok_or_else(|| lacks("valid parameters"))?;
                         vehicle.tune(&tuning);
+                    }
+                    if !vehicle.takes(&state) {
+                        return Err(lacks("valid wheels"));
                     }
                     vehicle.state = state;
                     Kind::Vehicle(vehicle)
@@ -167,4 +178,21 @@ impl Physics {
         self.colliding.clear();
         Ok(())
     }
+}
+
+/// Checks that an actor has a body and a collider, and that what moves it is finite.
+fn check_body(world: &PhysicsWorld, saved: &SavedActor) -> Result<(), PhysicsError> {
+    let damaged = |what: &str| PhysicsError::Damaged(format!("actor {} has {what}", saved.id));
+    let body = world.bodies.get(saved.body).ok_or_else(|| damaged("no body"))?;
+    world.colliders.get(saved.collider).ok_or_else(|| damaged("no collider"))?;
+    let Twist { linear_mps, angular_radps } = saved.kinematic_velocity;
+    let Wrench { force_n, torque_nm } = saved.external_force;
+    let place = body.translation();
+    let moved = [place, body.linvel(), body.angvel(), linear_mps, angular_radps];
+    let pushed = [force_n, torque_nm, saved.acceleration_mps2];
+    let is_finite = moved.iter().chain(&pushed).all(|vector| vector.is_finite());
+    if is_finite && (body.rotation().length_squared() - 1.0).abs() < 1e-2 {
+        return Ok(());
+    }
+    Err(damaged("a body whose pose or motion is not finite"))
 }

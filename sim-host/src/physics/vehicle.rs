@@ -123,6 +123,11 @@ impl Vehicle {
         self.tuning = Some(Box::new(physics.clone()));
     }
 
+    /// Whether a state is one of this model.
+    pub(super) fn takes(&self, state: &VehicleState) -> bool {
+        state.banks.len() == self.prepared.banks.len()
+    }
+
     /// Resets the state to standstill; controls, controller and doors stay.
     pub(super) fn reset_motion(&mut self) {
         let VehicleState { control, ackermann, doors, .. } = &mut self.state;

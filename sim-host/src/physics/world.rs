@@ -20,7 +20,7 @@ use super::{
     model::GRAVITY_MPS2,
     motion::{Twist, Wrench},
     overlap::{shrunk, touch},
-    rigid_body::{apply, integrate_kinematic, motion_of, published_velocity_mps},
+    rigid_body::{apply, integrate_kinematic, limit_speeds, motion_of, published_velocity_mps},
     statics::{StaticBox, StaticBoxes},
     walker::Walker,
     wheels::Surface,
@@ -164,6 +164,9 @@ impl Physics {
         for _ in 0..steps {
             self.apply_forces(dt);
             self.world.step();
+            for actor in self.actors.awake().filter(|actor| !actor.kinematic) {
+                limit_speeds(&mut self.world.bodies[actor.body]);
+            }
             self.collect_contacts(&mut impulses, &mut touching);
             self.collect_pushes(&mut impulses, &mut touching);
             observe(self, dt);

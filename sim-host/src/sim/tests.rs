@@ -9,6 +9,8 @@ use protocol::{
 use super::{Inputs, NoServices, Sim};
 use crate::saved::SavedState;
 
+mod numbers;
+
 /// Any command that the simulation itself applies.
 trait CarryOut {
     fn carry_out(&mut self, command: &Command) -> Result<u32, Refusal>;

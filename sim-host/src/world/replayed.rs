@@ -1,9 +1,9 @@
 //! Actors that a replay shows.
 
 use glam::Vec3;
-use protocol::{ActorId, ActorState, Name, Pose, Refusal, WalkerLimbs, flag, kind};
+use protocol::{ActorId, ActorState, Name, PLACE_MAX_M, Pose, Refusal, WalkerLimbs, flag, kind};
 
-use super::{World, check_pose, set};
+use super::{World, set};
 use crate::models::doors_of;
 
 /// Largest distance of a recorded traffic light from the map's own.
@@ -26,7 +26,7 @@ impl World {
                 recorded.blueprint
             ))
         })?;
-        check_pose(&recorded.pose)?;
+        recorded.pose.check(PLACE_MAX_M).map_err(Refusal::out_of_range)?;
         // High above the map, so that an actor at the recorded position does not block the spawn.
         let above = Vec3::Z * (5000.0 + 20.0 * (id.0 % 2000) as f32);
         let pose = Pose::new(recorded.pose.position() + above, recorded.pose.rotation());
