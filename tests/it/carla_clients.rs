@@ -165,3 +165,68 @@ fn clients_query_spawn_and_destroy_while_another_one_waits_for_its_tick() {
     let log = sim.end();
     assert!(!log.contains("panicked"), "{log}");
 }
+
+/// Returns the refusal in an answer: `[[0, [text]]]`, or `[[true, [text]]]` of a call without value.
+fn refusal(answer: Value) -> String {
+    let Value::List(wrapped) = &answer else { panic!("{answer:?}") };
+    match wrapped.first() {
+        Some(Value::List(parts))
+            if matches!(parts.first(), Some(Value::Int(0) | Value::Bool(true))) =>
+        {
+            format!("{parts:?}")
+        }
+        _ => panic!("it was not refused: {answer:?}"),
+    }
+}
+
+/// Writes the description of an actor without attributes and its transform.
+fn described(args: &mut Pack, blueprint: &str, at_m: [f32; 3]) {
+    args.list(3).uint(0).text(blueprint).list(0);
+    args.list(2).vector(at_m).vector([0.0; 3]);
+}
+
+#[test]
+fn sensors_and_triggers_are_not_placed_beyond_the_world() {
+    let (sim, port) = with_carla_server(&[]);
+    let mut carla = Connection::open(port);
+    carla.set_synchronous();
+    let car = carla.spawn("vehicle.tesla.model3", &[], [0.0, 0.0, 300.0]);
+    let camera = carla.spawn("sensor.camera.rgb", &[], [0.0, 0.0, 30.0]);
+    for (bad, word) in
+        [(3e38, "100000"), (-3e38, "100000"), (f32::NAN, "NaN"), (f32::INFINITY, "inf")]
+    {
+        let place = [1.0, 2.0, bad];
+        for blueprint in ["sensor.camera.rgb", "sensor.other.gnss", "static.trigger.friction"] {
+            let why =
+                refusal(carla.call("spawn_actor", 2, |args| described(args, blueprint, place)));
+            assert!(why.contains(word), "{blueprint}: {why}");
+            let why = refusal(carla.call("spawn_actor_with_parent", 5, |args| {
+                described(args, blueprint, place);
+                args.uint(car).uint(0).text("");
+            }));
+            assert!(why.contains(word), "{blueprint}: {why}");
+        }
+        for (method, args) in [("set_actor_location", 2), ("set_actor_transform", 2)] {
+            let why = refusal(carla.call(method, args, |args| {
+                args.uint(camera);
+                if method == "set_actor_transform" {
+                    args.list(2).vector(place).vector([0.0; 3]);
+                } else {
+                    args.vector(place);
+                }
+            }));
+            assert!(why.contains(word), "{method}: {why}");
+        }
+    }
+    let nan = refusal(carla.call("set_weather_parameters", 1, |args| {
+        args.list(14);
+        for value in [0.0; 13] {
+            args.f32(value);
+        }
+        args.f32(f32::NAN);
+    }));
+    assert!(nan.contains("NaN"), "{nan}");
+    carla.tick();
+    drop(carla);
+    sim.end();
+}

@@ -60,7 +60,8 @@ impl<'a> Args<'a> {
         Ok(first)
     }
 
-    pub(crate) fn f64(&mut self) -> Result<f64, RpcError> {
+    /// Reads a number, which may be NaN or infinite.
+    pub(crate) fn number(&mut self) -> Result<f64, RpcError> {
         match self.next()? {
             Value::Float(value) => Ok(*value),
             Value::Int(value) => Ok(*value as f64),
@@ -68,8 +69,16 @@ impl<'a> Args<'a> {
         }
     }
 
+    /// Reads a finite number.
+    pub(crate) fn f64(&mut self) -> Result<f64, RpcError> {
+        let value = self.number()?;
+        if value.is_finite() { Ok(value) } else { Err(not_finite(value)) }
+    }
+
+    /// Reads a finite number of single precision.
     pub(crate) fn f32(&mut self) -> Result<f32, RpcError> {
-        self.f64().map(|value| value as f32)
+        let value = self.number()?;
+        if (value as f32).is_finite() { Ok(value as f32) } else { Err(not_finite(value)) }
     }
 
     pub(crate) fn int(&mut self) -> Result<i64, RpcError> {
@@ -130,12 +139,12 @@ impl<'a> Args<'a> {
     /// Reads three finite numbers.
     pub(crate) fn vector(&mut self) -> Result<[f32; 3], RpcError> {
         let mut list = self.list()?;
-        let vector = [list.f32()?, list.f32()?, list.f32()?];
-        if vector.iter().all(|v| v.is_finite()) {
-            return Ok(vector);
-        }
-        Err(format!("vector {vector:?} is not finite").into())
+        Ok([list.f32()?, list.f32()?, list.f32()?])
     }
+}
+
+fn not_finite(value: f64) -> RpcError {
+    RpcError(format!("expected a finite number of single precision as an argument, found {value}"))
 }
 
 fn type_error(what: &str, got: &Value) -> RpcError {

@@ -22,6 +22,8 @@ use crate::{
 const FIRST_PROXY: u32 = 1 << 24;
 /// Most proxies, traffic signs included.
 pub(crate) const PROXIES_MAX: usize = 1 << 14;
+/// Largest coordinate of the pose of a proxy, in the world or on its parent. Metres.
+pub(crate) const PROXY_MAX_M: f32 = 1e5;
 /// The id of the spectator, the free camera that every episode has.
 pub(crate) const SPECTATOR: u32 = FIRST_PROXY;
 /// CARLA's tag "other".

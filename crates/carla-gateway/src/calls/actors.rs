@@ -11,7 +11,7 @@ use crate::{
     bridge::Bridge,
     calls::call::Call,
     friction::Trigger,
-    proxy_actors::{PROXIES_MAX, ProxyActors, SPECTATOR},
+    proxy_actors::{PROXIES_MAX, PROXY_MAX_M, ProxyActors, SPECTATOR},
     sensor::Sensor,
     shared_bridge::LockedBridge,
     wire::{Description, transform},
@@ -130,6 +130,7 @@ impl LockedBridge<'_> {
             )
             .into());
         }
+        pose.check(PROXY_MAX_M).map_err(|why| format!("{}: {why}", description.id))?;
         if description.id.starts_with("sensor.") {
             let stream = self.streams.next_number();
             let sensor = Sensor::new(description.clone(), stream)?;

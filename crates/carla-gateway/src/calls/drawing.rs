@@ -27,7 +27,7 @@ pub(super) fn draw(call: &mut Call) -> Result<(), RpcError> {
     };
     let mut color = fields.list()?;
     let color = [color.u32()? as u8, color.u32()? as u8, color.u32()? as u8, 255];
-    let life_secs = fields.f64()?;
+    let life_secs = fields.number()?;
     // Shapes without a life time stay until they are erased.
     let life_nanos = match life_secs {
         secs if secs.is_nan() => return Err("life_time is NaN".into()),

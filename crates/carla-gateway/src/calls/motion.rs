@@ -11,7 +11,7 @@ use crate::{
     bridge::Bridge,
     calls::{actors::unknown, call::Call},
     motion::WalkerControl,
-    proxy_actors::ProxyActors,
+    proxy_actors::{PROXY_MAX_M, ProxyActors},
     shared_bridge::LockedBridge,
     wire::{flip_turn, location, transform as read_transform},
 };
@@ -120,6 +120,7 @@ impl LockedBridge<'_> {
             self.command(Command::Teleport(Teleport { actor_id: ActorId(id), pose }));
             return Ok(());
         }
+        pose.check(PROXY_MAX_M)?;
         self.episode.actors.proxy_mut(id)?.pose = pose;
         self.episode.friction.place(id, pose);
         // A bundle is created with the pose of its sensor in the world; the former one is destroyed

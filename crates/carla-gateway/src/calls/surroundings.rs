@@ -110,9 +110,6 @@ pub(super) fn cast_ray(call: &mut Call) -> Result<(), RpcError> {
 pub(super) fn project_point(call: &mut Call) -> Result<(), RpcError> {
     let (from, direction) = (location(&mut call.args)?, location(&mut call.args)?);
     let reach = call.args.f32()?;
-    if !reach.is_finite() {
-        return Err("search_distance is not finite".into());
-    }
     let hits = hits(call, [from, from + direction.normalize_or_zero() * reach]);
     call.out.list(2).bool(!hits.is_empty());
     let (position, tag) = hits.first().map_or((from, 0), |hit| (hit.position, hit.tag));

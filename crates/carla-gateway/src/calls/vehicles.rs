@@ -21,16 +21,19 @@ pub(super) fn control(call: &mut Call) -> Result<(), RpcError> {
 /// the right.
 pub(crate) fn read_control(id: u32, args: &mut Args) -> Result<VehicleControl, RpcError> {
     let mut f = args.list()?;
-    let clamped = |value: f32| if value.is_finite() { value.clamp(0.0, 1.0) } else { 0.0 };
-    let throttle = clamped(f.f32()?);
-    let steer = f.f32()?;
-    let brake = clamped(f.f32()?);
+    // A pedal or wheel that is not finite is released.
+    let clamped = |value: f64, low: f64| match value.is_finite() {
+        true => value.clamp(low, 1.0) as f32,
+        false => 0.0,
+    };
+    let throttle = clamped(f.number()?, 0.0);
+    let steer = -clamped(f.number()?, -1.0);
+    let brake = clamped(f.number()?, 0.0);
     let mut flags = 0;
     for bit in [flag::HANDBRAKE, flag::REVERSE] {
         flags |= if f.bool()? { bit } else { 0 };
     }
     let (manual_gear, gear) = (f.bool()?.into(), f.int()?.clamp(-1, 20) as i32);
-    let steer = if steer.is_finite() { -steer.clamp(-1.0, 1.0) } else { 0.0 };
     let actor_id = ActorId(id);
     Ok(VehicleControl { actor_id, flags, throttle, brake, steer, gear, manual_gear, lamps: 0 })
 }

@@ -20,7 +20,8 @@ pub struct MomentBuilder {
 }
 
 impl MomentBuilder {
-    /// Returns the moment of the next frame. Actors whose blueprint has no counterpart are omitted.
+    /// Returns the moment of the next frame. Actors whose blueprint has no counterpart are omitted,
+    /// and so are those with a number that is not finite or beyond 1e10.
     pub fn moment(&mut self, frame: &Frame) -> RecordedFrame {
         let delta_nanos = (frame.duration_s * 1e9).round().clamp(1.0, 1e10) as u64;
         self.nanos += delta_nanos;
@@ -56,7 +57,7 @@ impl MomentBuilder {
                 ..record::Collision::default()
             })
             .collect();
-        moment.actors = self.there.values().copied().collect();
+        moment.actors = self.there.values().filter(|state| state.is_valid()).copied().collect();
         moment
     }
 
