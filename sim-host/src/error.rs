@@ -1,5 +1,7 @@
 use bus::BusError;
 
+use crate::maps::Unbuilt;
+
 /// The cause why a host cannot start or continue.
 #[derive(Debug, thiserror::Error)]
 pub enum HostError {
@@ -9,6 +11,9 @@ pub enum HostError {
     /// The map cannot be loaded.
     #[error("{0}")]
     Map(String),
+    /// The host was stopped before its world was built.
+    #[error("stopped while the map was loaded")]
+    Stopped,
     /// A stage could not be started.
     #[error("{role} does not start: {why}")]
     Start {
@@ -48,4 +53,13 @@ pub enum HostError {
     /// An operation of the system failed.
     #[error("{0}")]
     System(#[from] std::io::Error),
+}
+
+impl From<Unbuilt> for HostError {
+    fn from(unbuilt: Unbuilt) -> HostError {
+        match unbuilt {
+            Unbuilt::Stopped => HostError::Stopped,
+            Unbuilt::Failed(why) => HostError::Map(why),
+        }
+    }
 }

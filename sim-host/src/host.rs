@@ -1,6 +1,6 @@
 //! The host: creates the instance and runs ticks.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::atomic::Ordering};
 
 use bake::Cache;
 use bus::{HostPorts, Instance, Strategy, clock, process};
@@ -12,7 +12,7 @@ use crate::{
     bundles::Bundles,
     journal::{Inbox, JournalWriter},
     keyframes::Keyframes,
-    maps::build_world,
+    maps::MapThread,
     physics_sensors::PhysicsSensors,
     progress::StageProgress,
     request::Request,
@@ -38,14 +38,15 @@ impl Host {
     ///
     /// # Errors
     ///
-    /// The map cannot be read, there is too little shared memory, or a stage does not start.
+    /// The map cannot be read, there is too little shared memory, a stage does not start, or the
+    /// host is stopped before that.
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
         let cache = Cache::from_environment();
-        let Episode { map, open_drive, seed } = config.episode.clone();
+        let Episode { open_drive, seed, .. } = config.episode.clone();
+        let is_stopped = || config.stop.load(Ordering::Acquire);
         // A bad map is reported before anything starts.
-        let town_source = cache
-            .town_source(&map, &open_drive, seed)
-            .map_err(|e| HostError::Map(e.to_string()))?;
+        let map = MapThread::start(&cache, &config.episode)?;
+        map.await_valid(is_stopped)?;
         let free = bus::free_bytes()?;
         if free < SHARED_MEMORY_MIN {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
@@ -70,8 +71,7 @@ impl Host {
                 .start(*role, slot)
                 .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
         }
-        let loaded = town_source.load().map_err(|e| HostError::Map(e.to_string()))?;
-        let (world, town) = build_world(loaded, seed);
+        let (world, town) = map.finish(is_stopped)?;
         let mut sim = Sim::of(world);
         let hide = HideLayers { layers: config.hidden_layers, hidden: 1 };
         let first =

@@ -1,9 +1,11 @@
 //! However a simulator ends, nothing is left behind.
 
+use std::{fs, io::Read, path::PathBuf, process::Stdio};
+
 use bus::Role;
 use rustix::process::Signal;
 
-use crate::kit::{Sim, eventually, kill, lives};
+use crate::kit::{Scratch, Sim, eventually, kill, lives, omnibus};
 
 fn stages(sim: &Sim) -> Vec<u32> {
     [Role::Traffic, Role::Render].iter().filter_map(|role| sim.pid(*role)).collect()
@@ -64,4 +66,45 @@ fn a_client_that_leaves_frees_its_slot() {
     assert!(files.windows(2).all(|n| n[1] <= n[0]), "files in shared memory grow: {files:?}");
     drop(ticker);
     sim.end();
+}
+
+/// Ten roads of 100 km, whose towns take far longer to build than a process to start.
+fn long_roads() -> String {
+    let lane = |id: i32| {
+        format!(
+            r#"<lane id="{id}" type="driving"><width sOffset="0" a="3.5" b="0" c="0" d="0"/></lane>"#
+        )
+    };
+    let road = |id: usize| {
+        let y = id * 500;
+        format!(
+            r#"<road length="100000" id="{id}" junction="-1"><planView><geometry s="0" x="0" y="{y}" hdg="0" length="100000"><arc curvature="0.00001"/></geometry></planView><lanes><laneSection s="0"><left>{}</left><center><lane id="0" type="none"/></center><right>{}</right></laneSection></lanes></road>"#,
+            lane(1),
+            lane(-1)
+        )
+    };
+    let roads: String = (1..=10).map(road).collect();
+    format!(r#"<OpenDRIVE><header revMajor="1" revMinor="6"/>{roads}</OpenDRIVE>"#)
+}
+
+#[test]
+fn a_simulator_that_loads_a_map_ends_at_a_signal() {
+    let scratch = Scratch::new();
+    let map = scratch.path().join("long.xodr");
+    fs::write(&map, long_roads()).unwrap();
+    for extra in [&[][..], &["--single-process"]] {
+        let name = format!("load{}-{}", std::process::id() % 100_000, extra.len());
+        let mut started = omnibus();
+        started.env("OMNIBUS_CACHE", scratch.path());
+        started.args(["run", "--device", "null", "--name", &name, "--map"]).arg(&map).args(extra);
+        let mut simulator = started.stdout(Stdio::piped()).spawn().unwrap();
+        let folder = PathBuf::from(format!("/dev/shm/omnibus-{name}"));
+        eventually("an instance", || folder.exists());
+        kill(simulator.id(), Signal::TERM);
+        let mut said = String::new();
+        simulator.stdout.take().unwrap().read_to_string(&mut said).unwrap();
+        assert!(simulator.wait().unwrap().success());
+        assert_eq!(said, "stopped while the map was loaded\n");
+        eventually("no instance", || !folder.exists());
+    }
 }

@@ -65,7 +65,13 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     let stop = stop_on_signals()?;
     // First, since a map may take long to load.
     let ports = gateway::open_ports(&args.carla)?;
-    let host = args.world.host(settings, Arc::clone(&stop))?;
+    let host = match args.world.host(settings, Arc::clone(&stop)) {
+        Err(why) if matches!(why.downcast_ref(), Some(HostError::Stopped)) => {
+            print_line!("{why}");
+            return Ok(());
+        }
+        host => host?,
+    };
     print_line!("simulator {:?} runs", host.instance().id());
     let in_process = args.world.single_process;
     let gateway = GatewaySupervisor::start(&args.carla, ports, host.instance(), in_process)?;
