@@ -106,6 +106,9 @@ pub(crate) fn scan(path: &Path, file: &File) -> Result<Scan, RecordError> {
             op::METADATA | op::ATTACHMENT if size <= RECORD_MAX => {
                 let mut bytes = vec![0; size as usize];
                 file.read_exact_at(&mut bytes, body).map_err(told)?;
+                if !has_whole_strings(opcode, &bytes) {
+                    return Err(strange("a record of it cannot be read"));
+                }
                 match parse_record(opcode, &bytes) {
                     Ok(Record::Metadata(told)) if told.name == "omnibus" => {
                         found.about = told.metadata;
@@ -155,6 +158,48 @@ fn finish_last_chunk(
     Ok(())
 }
 
+/// Whether every string of a record ends within the record. The parser of the container allocates a
+/// string of any length before it reads it.
+fn has_whole_strings(opcode: u8, record: &[u8]) -> bool {
+    /// Skips a string, or the list of strings of a map: both begin with their length in bytes.
+    fn skip(rest: &mut &[u8]) -> bool {
+        let skipped = rest.split_first_chunk::<4>().and_then(|(len, after)| {
+            let len = usize::try_from(u32::from_le_bytes(*len)).ok()?;
+            after.split_at_checked(len)
+        });
+        skipped.is_some_and(|(_, after)| {
+            *rest = after;
+            true
+        })
+    }
+    match opcode {
+        // A name, and a map of strings.
+        op::METADATA => {
+            let mut rest = record;
+            let mut pairs = &[][..];
+            if skip(&mut rest) {
+                pairs = rest.get(4..).unwrap_or_default();
+            }
+            let is_whole = skip(&mut rest);
+            while is_whole && !pairs.is_empty() {
+                if !skip(&mut pairs) {
+                    return false;
+                }
+            }
+            is_whole
+        }
+        // Two times, a name and a type.
+        op::ATTACHMENT => {
+            let mut rest = record.get(16..).unwrap_or_default();
+            // The length of the data and the checksum follow, whose absence is a panic.
+            skip(&mut rest) && skip(&mut rest) && rest.len() >= 12
+        }
+        // Two times, size and checksum, and the compression.
+        op::CHUNK => skip(&mut record.get(28..).unwrap_or_default()),
+        _ => true,
+    }
+}
+
 impl Segment {
     fn keep_last(&mut self, channel: u16) {
         self.is_key |= channel == topic::KEY;
@@ -173,6 +218,9 @@ pub(crate) fn read(
     let at = segment.start_nanos as f64 / 1e9;
     let mut bytes = vec![0; segment.len as usize];
     file.read_exact_at(&mut bytes, segment.at).map_err(|e| RecordError::file(path, e))?;
+    if !has_whole_strings(op::CHUNK, &bytes) {
+        return Err(damaged("a chunk of it is none".to_owned()));
+    }
     let unreadable = |e| damaged(format!("the second that begins at {at:.2} s: {e}"));
     let (header, data): (ChunkHeader, _) = match parse_record(op::CHUNK, &bytes) {
         Ok(Record::Chunk { header, data }) => (header, data),

@@ -31,6 +31,9 @@ const FAR_M: f64 = 20_000.0;
 /// Longer maps are errors in the file, metres: the streets of a metropolis.
 const TOTAL_MAX_M: f64 = 5e6;
 
+/// Wider maps are errors in the file, metres: what is built around the roads grows with the area.
+const SPAN_MAX_M: f64 = 2e5;
+
 impl Network {
     /// Parses an OpenDRIVE text.
     ///
@@ -108,6 +111,14 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
     network.uses = network.sorted_uses();
     network.grid = lane_grid(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
+    let (low, high) = network.bounds;
+    let span_m = (high - low).max_element();
+    if span_m > SPAN_MAX_M {
+        let reason = format!(
+            "the lanes of the map span {span_m:.0} m; at most {SPAN_MAX_M:.0} m are allowed"
+        );
+        return Err(MapError { line: 1, reason });
+    }
     network.findings = findings.with_lines(text);
     Ok(network)
 }

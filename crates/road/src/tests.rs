@@ -5,7 +5,6 @@ mod coverage;
 mod extras;
 mod heights;
 mod made;
-mod mutation;
 mod objects;
 mod queries;
 mod reference;

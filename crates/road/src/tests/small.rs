@@ -149,3 +149,14 @@ fn lane_sections_beyond_the_end_of_their_road_are_left_out() {
     assert!(said.contains("begins at s 1000000, but the road ends at 100"), "{said}");
     assert!(network.spawn_points().len() < 12);
 }
+
+#[test]
+fn a_map_that_spans_more_than_any_road_is_refused() {
+    let far = text(JOINED).replacen("x=\"50\" y=\"0\"", "x=\"5e6\" y=\"0\"", 1);
+    let reason = |text: &str| Network::parse(text).map(|_| ()).unwrap_err().reason;
+    let error = reason(&far);
+    assert!(error.starts_with("the lanes of the map span 5000"), "{error}");
+    let wide = text(JOINED).replace(r#"a="3.5" b="0" c="0" d="0""#, r#"a="3.5" b="0" c="0" d="4""#);
+    let error = reason(&wide);
+    assert!(error.contains("at most 200000 m are allowed"), "{error}");
+}

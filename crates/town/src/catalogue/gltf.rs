@@ -30,6 +30,9 @@ pub enum MeshError {
     /// The file ends before one of its parts.
     #[error("{0} contains {1}, which ends beyond the file's {2} bytes")]
     Short(Cow<'static, str>, usize, usize),
+    /// The elements of an accessor overlap.
+    #[error("a view has a stride of {0} bytes, but its elements have {1}")]
+    Stride(usize, usize),
     /// An index has no target.
     #[error("dangling reference to {0}")]
     Dangling(&'static str),
@@ -42,8 +45,10 @@ pub enum MeshError {
     /// The file has too many triangles.
     #[error("too many triangles: {0}, the maximum is {TRIANGLES_MAX}; decimate the model")]
     Large(usize),
-    /// A vertex is not finite or too far away.
-    #[error("node {0} has a vertex that is not finite, or further than 1 km from the origin")]
+    /// A vertex or the origin of a joint is not finite or too far away.
+    #[error(
+        "node {0} has a vertex or an origin that is not finite, or further than 1 km from the origin"
+    )]
     Far(String),
     /// An accessor has another component type than glTF demands.
     #[error("unsupported type of the {1} of node {0}: expected {2}")]
@@ -150,6 +155,9 @@ fn check_accessors(document: &Document) -> Result<(), MeshError> {
     for accessor in document.accessors() {
         let Some(view) = accessor.view() else { continue };
         let stride = view.stride().unwrap_or(accessor.size());
+        if stride < accessor.size() {
+            return Err(MeshError::Stride(stride, accessor.size()));
+        }
         let rows = accessor.count().saturating_sub(1).saturating_mul(stride);
         let end = accessor.offset().saturating_add(rows).saturating_add(accessor.size());
         if accessor.count() > 0 && end > view.length() {
@@ -183,7 +191,9 @@ impl Taker<'_> {
         let name = node.name().unwrap_or_default();
         let found = self.rig.joints.iter().position(|joint| joint.name.eq_ignore_ascii_case(name));
         if let Some(found) = found {
-            self.pivot(found, ours(placed.transform_point3(Vec3::ZERO)));
+            let origin = ours(placed.transform_point3(Vec3::ZERO));
+            check_near(name, origin)?;
+            self.pivot(found, origin);
         }
         let joint = found.map_or(joint, |found| found as u32);
         for primitive in node.mesh().iter().flat_map(|mesh| mesh.primitives()) {
@@ -219,21 +229,23 @@ impl Taker<'_> {
             types.contains(&accessor.data_type()) && accessor.dimensions() == shape
         };
         let corners = primitive.get(&Semantic::Positions);
-        if !corners.is_some_and(|a| is(&a, &[DataType::F32], Dimensions::Vec3)) {
+        if !corners.as_ref().is_some_and(|a| is(a, &[DataType::F32], Dimensions::Vec3)) {
             return Err(MeshError::Type(name.to_owned(), "corners", "three floats"));
         }
         let whole = [DataType::U8, DataType::U16, DataType::U32];
         if primitive.indices().is_some_and(|a| !is(&a, &whole, Dimensions::Scalar)) {
             return Err(MeshError::Type(name.to_owned(), "indices", "whole numbers"));
         }
+        let count = corners.map_or(0, |corners| corners.count());
+        if self.mesh.positions.len().saturating_add(count) > 3 * TRIANGLES_MAX {
+            return Err(MeshError::Large(count / 3));
+        }
         let reader = primitive.reader(|_| Some(self.blob));
         let base = self.mesh.positions.len() as u32;
         let mut count = 0u32;
         for position in reader.read_positions().into_iter().flatten() {
             let point = ours(placed.transform_point3(Vec3::from_array(position)));
-            if !point.is_finite() || point.abs().max_element() > 1000.0 {
-                return Err(MeshError::Far(name.to_owned()));
-            }
+            check_near(name, point)?;
             self.mesh.vertex(point.to_array());
             count += 1;
         }
@@ -244,6 +256,11 @@ impl Taker<'_> {
         if let Some(wrong) = indices.iter().find(|index| **index >= count) {
             return Err(MeshError::Corner(name.to_owned(), *wrong, count as usize));
         }
+        // A file may place one mesh many times.
+        let triangles = self.mesh.triangles.len() + indices.len() / 3;
+        if triangles > TRIANGLES_MAX {
+            return Err(MeshError::Large(triangles));
+        }
         // A mirroring transform reverses the winding of triangles.
         let is_mirrored = placed.determinant() < 0.0;
         let face = face_of(&primitive.material(), self.blueprint.tag, joint);
@@ -253,6 +270,13 @@ impl Taker<'_> {
         }
         Ok(())
     }
+}
+
+fn check_near(name: &str, point: Vec3) -> Result<(), MeshError> {
+    if point.is_finite() && point.abs().max_element() <= 1000.0 {
+        return Ok(());
+    }
+    Err(MeshError::Far(name.to_owned()))
 }
 
 fn ours(point: Vec3) -> Vec3 {

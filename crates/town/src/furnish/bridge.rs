@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use glam::{Vec2, Vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
-use crate::furnish::index::TriangleIndex;
+use crate::furnish::{index::TriangleIndex, raster::coarsest_m};
 
 /// The height above another surface from which on a surface is a bridge. Metres.
 const HEADROOM_M: f32 = 2.6;
@@ -66,20 +66,23 @@ pub(super) fn bridges(roads: &Mesh) -> Vec<bool> {
 /// The lowest vertex of any triangle that reaches into a cell of the plan.
 struct Floor {
     low: Vec2,
+    square_m: f32,
     columns: usize,
     rows: usize,
     heights: Vec<f32>,
 }
 
+/// The size of a cell, unless the plan is so large that there would be too many.
 const SQUARE_M: f32 = 4.0;
 
 impl Floor {
     fn new(mesh: &Mesh) -> Floor {
         let (low, high) = crate::mesh_builder::bounds(mesh);
-        let size = (high - low) / SQUARE_M;
+        let square_m = SQUARE_M.max(coarsest_m((high - low).truncate()));
+        let size = (high - low) / square_m;
         let (columns, rows) = (size.x as usize + 1, size.y as usize + 1);
         let heights = vec![f32::MAX; columns * rows];
-        let mut floor = Floor { low: low.truncate(), columns, rows, heights };
+        let mut floor = Floor { low: low.truncate(), square_m, columns, rows, heights };
         for triangle in &mesh.triangles {
             let [a, b, c] = triangle.map(|i| Vec3::from_array(mesh.positions[i as usize]));
             let (lowest, highest) = (a.min(b).min(c), a.max(b).max(c));
@@ -94,7 +97,7 @@ impl Floor {
     }
 
     fn cell(&self, point: Vec2) -> (usize, usize) {
-        let at = ((point - self.low) / SQUARE_M).max(Vec2::ZERO);
+        let at = ((point - self.low) / self.square_m).max(Vec2::ZERO);
         ((at.x as usize).min(self.columns - 1), (at.y as usize).min(self.rows - 1))
     }
 

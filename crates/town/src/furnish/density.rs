@@ -1,11 +1,15 @@
 use glam::Vec2;
 
-use crate::furnish::frontage::{Frontage, STEP_M, Station};
+use crate::furnish::{
+    frontage::{Frontage, STEP_M, Station},
+    raster::coarsest_m,
+};
 
 /// The urban density of each place: 0 in the open country, 1 in the middle of a dense grid.
 #[derive(Debug, Default)]
 pub(super) struct Density {
     low: Vec2,
+    cell_m: f32,
     columns: usize,
     rows: usize,
     cells: Vec<f32>,
@@ -14,6 +18,7 @@ pub(super) struct Density {
     phase: f32,
 }
 
+/// The size of a cell, unless the plan is so large that there would be too many.
 const CELL_M: f32 = 30.0;
 /// The frontage of slow residential roads at density 1. Metres per hectare.
 const DENSE: f32 = 290.0;
@@ -23,7 +28,8 @@ pub(super) const FAST_MPS: f32 = 21.0;
 impl Density {
     pub(super) fn new(low: Vec2, high: Vec2, outlines: &[Frontage], phase: f32) -> Density {
         let size = high - low;
-        let (columns, rows) = ((size.x / CELL_M) as usize + 1, (size.y / CELL_M) as usize + 1);
+        let cell_m = CELL_M.max(coarsest_m(size));
+        let (columns, rows) = ((size.x / cell_m) as usize + 1, (size.y / cell_m) as usize + 1);
         let mut cells = vec![0.0f32; columns * rows];
         let (mut middle, mut weight) = (Vec2::ZERO, 0.0f32);
         let slow = || {
@@ -31,9 +37,9 @@ impl Density {
             outlines.iter().flatten().filter(lived)
         };
         for station in slow() {
-            let p = ((station.edge - low) / CELL_M).max(Vec2::ZERO);
+            let p = ((station.edge - low) / cell_m).max(Vec2::ZERO);
             let cell = (p.y as usize).min(rows - 1) * columns + (p.x as usize).min(columns - 1);
-            cells[cell] += STEP_M / (CELL_M * CELL_M * 1e-4);
+            cells[cell] += STEP_M / (cell_m * cell_m * 1e-4);
             middle += station.edge;
             weight += 1.0;
         }
@@ -43,12 +49,12 @@ impl Density {
         for _ in 0..4 {
             blur(&mut cells, columns, rows);
         }
-        Density { low, columns, rows, cells, middle, radius_m, phase }
+        Density { low, cell_m, columns, rows, cells, middle, radius_m, phase }
     }
 
     /// The density at a point.
     pub(super) fn at(&self, point: Vec2) -> f32 {
-        let p = ((point - self.low) / CELL_M).max(Vec2::ZERO);
+        let p = ((point - self.low) / self.cell_m).max(Vec2::ZERO);
         let cell =
             (p.y as usize).min(self.rows - 1) * self.columns + (p.x as usize).min(self.columns - 1);
         let grid = (self.cells[cell] / DENSE).min(1.0);

@@ -1,6 +1,8 @@
 use glam::{IVec2, Vec2, Vec3};
 use mesh::Mesh;
 
+use super::raster::coarsest_m;
+
 /// Finds the triangles above or below a point of the plan.
 ///
 /// A hierarchy of grids of growing cell size; a triangle is listed in the finest grid in which it
@@ -45,6 +47,7 @@ impl TriangleIndex {
         // Roads cover a small part of the plan, in several layers where they cross.
         let mut cell_m =
             (size.x * size.y / (corners.len() as f32 + 1.0) * 0.4).sqrt().clamp(0.8, 25.0);
+        cell_m = cell_m.max(coarsest_m(size));
         let mut grids = Vec::new();
         let mut rest: Vec<u32> = (0..corners.len() as u32).collect();
         while !rest.is_empty() {

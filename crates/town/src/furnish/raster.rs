@@ -43,10 +43,15 @@ const CELLS_MAX: f32 = 3.2e7;
 /// The number of corners up to which outlines need no allocation.
 const FEW: usize = 8;
 
+/// Returns the size of the cells with which a plan has as many cells as it may have.
+pub(super) fn coarsest_m(size: Vec2) -> f32 {
+    (size.x * size.y / CELLS_MAX).sqrt()
+}
+
 impl Raster {
     pub(super) fn new(low: Vec2, high: Vec2) -> Raster {
         let size = high - low;
-        let cell_m = FINEST_M.max((size.x * size.y / CELLS_MAX).sqrt());
+        let cell_m = FINEST_M.max(coarsest_m(size));
         let columns = (size.x / cell_m).ceil() as usize + 1;
         let rows = (size.y / cell_m).ceil() as usize + 1;
         Raster { low, cell_m, columns, rows, cells: vec![0; columns * rows] }
