@@ -32,6 +32,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("client-lib", &["bake", "bus", "mesh", "protocol", "road", "town"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("bench", &["bake", "client-lib", "mapgen", "mesh", "road", "town"]),
+    ("fuzz", &["carla-gateway", "mesh", "protocol", "record", "road", "sim-host", "town"]),
     (
         "omnibus",
         &[

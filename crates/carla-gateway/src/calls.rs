@@ -16,6 +16,8 @@ mod surroundings;
 mod textures;
 mod vehicles;
 
+pub(crate) use vehicles::read_control;
+
 use std::sync::Arc;
 
 pub(crate) use call::Ports;

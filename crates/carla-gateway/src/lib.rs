@@ -10,6 +10,7 @@
 //! centimetres exist in this crate and in `client_lib::carla_axes` only.
 
 mod args;
+mod arguments;
 mod blueprints;
 mod bridge;
 mod calls;
@@ -49,5 +50,6 @@ mod trigger_volumes;
 mod weather;
 mod wire;
 
+pub use arguments::read_arguments;
 pub use recordings::default_folder as default_recordings_folder;
 pub use server::{CarlaPorts, CarlaServer, CarlaServerConfig, CarlaServerError};
