@@ -3,7 +3,7 @@
 use std::{path::PathBuf, sync::Arc};
 
 use bake::Cache;
-use bus::{Event, Instance, Interrupted, Participant, RenderPorts, Role, Snapshot, clock, fault};
+use bus::{BusError, Event, Instance, Participant, RenderPorts, Role, Snapshot, clock, fault};
 use protocol::{
     ActorState, BundleHeader, BundleId, BundleReceipt, Command, CommandGroup, Episode, Frame,
     HiddenObjects, JournalEntry, Name, SensorSpec, SnapshotHeader, StandingState, WorldCommand,
@@ -88,12 +88,9 @@ pub fn run(
     };
     renderer.import_payloads();
     loop {
-        match renderer.participant.next_frame(renderer.done, None) {
-            Ok(newest) => match renderer.work_up_to(newest) {
-                Err(RenderError::Bus(bus::BusError::HostEnds)) => return Ok(()),
-                worked => worked?,
-            },
-            Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
+        match renderer.work_on_next() {
+            Err(RenderError::Bus(BusError::HostEnds)) => return Ok(()),
+            worked => worked?,
         }
     }
 }
@@ -146,35 +143,30 @@ impl Renderer {
         self.import_payloads();
     }
 
+    /// Waits for a frame and measures it.
+    fn work_on_next(&mut self) -> Result<(), RenderError> {
+        let Renderer { participant, ports, done, .. } = &mut *self;
+        let newest = participant.next_stage_frame(*done, &mut ports.journal)?;
+        self.work_up_to(newest)
+    }
+
     /// Measures every published frame up to `newest`; in asynchronous mode only the newest.
     fn work_up_to(&mut self, newest: Frame) -> Result<(), RenderError> {
-        let every = self.participant.control().is_synchronous();
-        let mut latest = None;
         while self.done < newest {
-            let Some(snapshot) = self.ports.snapshot.receive()? else { break };
-            let frame = snapshot.header().stamp.frame;
-            if frame <= self.done {
+            let Renderer { participant, ports, done, before, world, .. } = &mut *self;
+            let due = participant.next_snapshot(&ports.snapshot, *done, |measured| {
                 // A previous renderer process has measured this frame.
-                self.remember_actors(&snapshot);
+                remember_actors(before, world, measured);
                 // The poses given at that frame are unknown; the current ones are the best
                 // estimate.
-                self.world.poses_before = None;
-                continue;
-            }
-            if every {
+                world.poses_before = None;
+            })?;
+            if let Some(snapshot) = due {
                 self.measure(&snapshot)?;
             } else {
-                self.participant.words().add_missed(latest.is_some().into());
-                latest = Some(snapshot);
+                participant.arrive_without(*done, newest);
+                *done = newest;
             }
-        }
-        if let Some(snapshot) = latest {
-            self.measure(&snapshot)?;
-        }
-        // Snapshots that were overwritten before they were read will not arrive.
-        if self.done < newest {
-            self.participant.words().add_missed(newest.0 - self.done.0);
-            self.arrive(newest);
         }
         Ok(())
     }
@@ -195,21 +187,13 @@ impl Renderer {
         if self.standing.settings.no_rendering == 0 {
             self.measure_bundles(snapshot, begin_nanos)?;
             if self.bundles.measures_flow() {
-                self.remember_actors(snapshot);
+                remember_actors(&mut self.before, &mut self.world, snapshot);
             }
         }
         fault::point(Role::Render, "sent", frame, self.first);
         self.arrive(frame);
         fault::point(Role::Render, "acked", frame, self.first);
         Ok(())
-    }
-
-    fn remember_actors(&mut self, snapshot: &Snapshot) {
-        self.before.clear();
-        self.before.extend_from_slice(snapshot.actors());
-        self.world.limbs_before.clear();
-        self.world.limbs_before.extend_from_slice(snapshot.limbs());
-        self.world.poses_before = Some(self.world.poses.clone());
     }
 
     fn measure_bundles(
@@ -394,6 +378,15 @@ impl Renderer {
         }
         Ok(())
     }
+}
+
+/// Keeps what the next frame needs to know of this one, to measure optical flow.
+fn remember_actors(before: &mut Vec<ActorState>, world: &mut World, snapshot: &Snapshot) {
+    before.clear();
+    before.extend_from_slice(snapshot.actors());
+    world.limbs_before.clear();
+    world.limbs_before.extend_from_slice(snapshot.limbs());
+    world.poses_before = Some(world.poses.clone());
 }
 
 /// Returns the scene of an episode, from the cache if possible. With `replaced`, builds it with the

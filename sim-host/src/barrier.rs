@@ -100,6 +100,11 @@ impl Barrier {
         self.members.get(&slot).map(|m| m.done)
     }
 
+    /// Returns the number of frames that `slot` may trail.
+    pub(crate) fn lag(&self, slot: usize) -> Option<u64> {
+        self.members.get(&slot).map(|m| m.lag)
+    }
+
     /// Sets the number of frames that `slot` may trail.
     pub(crate) fn set_lag(&mut self, slot: usize, lag: u64) {
         if let Some(member) = self.members.get_mut(&slot) {

@@ -1,9 +1,12 @@
 //! The host: creates the instance and runs ticks.
 
-use std::{collections::BTreeMap, sync::atomic::Ordering};
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, atomic::Ordering},
+};
 
 use bake::Cache;
-use bus::{HostPorts, Instance, Strategy, clock, process};
+use bus::{BusNode, HostPorts, Instance, OwnedInstance, Strategy, clock, process};
 use protocol::{Command, Episode, Frame, HideLayers, Outcome, StandingCommand};
 
 use crate::{
@@ -14,11 +17,13 @@ use crate::{
     keyframes::Keyframes,
     maps::MapThread,
     physics_sensors::PhysicsSensors,
+    processes::SystemProcesses,
     progress::StageProgress,
     request::Request,
     shell::{HostConfig, IDLE_NANOS, Shell, TickTimes},
     sim::{Decision, Inputs, Outputs, Sim},
-    supervisor::{Launcher, Supervisor},
+    supervisor::{Launcher, Processes, Reports, Supervisor},
+    world::World,
 };
 
 /// The number of the first episode.
@@ -43,7 +48,8 @@ impl Host {
     pub fn start(config: HostConfig, launcher: Box<dyn Launcher>) -> Result<Host, HostError> {
         let cache = Cache::from_environment();
         let Episode { open_drive, seed, .. } = config.episode.clone();
-        let is_stopped = || config.stop.load(Ordering::Acquire);
+        let stop = Arc::clone(&config.stop);
+        let is_stopped = || stop.load(Ordering::Acquire);
         // A bad map is reported before anything starts.
         let map = MapThread::start(&cache, &config.episode)?;
         map.await_valid(is_stopped)?;
@@ -52,17 +58,41 @@ impl Host {
             return Err(HostError::SharedMemory { free, needed: SHARED_MEMORY_MIN });
         }
         let owned_instance = Instance::create(config.name.as_deref())?;
+        owned_instance.instance().write_blueprints(&blueprints())?;
+        owned_instance.instance().write_maps(&config.maps.names())?;
+        let node = owned_instance.node(launcher.is_single_process())?;
         let instance = owned_instance.instance().clone();
-        instance.write_blueprints(&blueprints())?;
-        instance.write_maps(&config.maps.names())?;
+        let processes = |reports| -> std::io::Result<Box<dyn Processes>> {
+            Ok(Box::new(SystemProcesses::new(&instance, launcher, reports)?))
+        };
+        let world = || {
+            let (world, town) = map.finish(is_stopped)?;
+            if let Some(town) = town {
+                cache.keep_town(&open_drive, seed, &town);
+            }
+            Ok(world)
+        };
+        Host::create(config, owned_instance, node, &cache, processes, world)
+    }
+
+    /// Starts the stages of an instance, and the world while they start; the host is then at frame 0.
+    pub(crate) fn create(
+        config: HostConfig,
+        owned_instance: OwnedInstance,
+        node: BusNode,
+        cache: &Cache,
+        processes: impl FnOnce(Reports) -> std::io::Result<Box<dyn Processes>>,
+        world: impl FnOnce() -> Result<World, HostError>,
+    ) -> Result<Host, HostError> {
+        let instance = owned_instance.instance().clone();
         instance.write_episode(FIRST_EPISODE, &config.episode)?;
         let control = owned_instance.control()?;
         let pid = process::own_pid();
         control.initialise(pid, process::start_time(pid).unwrap_or(0), config.strategy);
         control.set_settings(&config.settings);
         control.set_episode(FIRST_EPISODE);
-        let ports = HostPorts::create(owned_instance.node(launcher.is_single_process())?)?;
-        let mut supervisor = Supervisor::new(&instance, &control, launcher)?;
+        let ports = HostPorts::create(node)?;
+        let mut supervisor = Supervisor::new(&instance, &control, processes)?;
         // The stages build their towns at the same time.
         let mut roles = BTreeMap::new();
         for (slot, role) in config.stages.iter().enumerate() {
@@ -71,7 +101,7 @@ impl Host {
                 .start(*role, slot)
                 .map_err(|e| HostError::Start { role: role.name(), why: e.to_string() })?;
         }
-        let (world, town) = map.finish(is_stopped)?;
+        let world = world()?;
         let mut sim = Sim::of(world);
         let hide = HideLayers { layers: config.hidden_layers, hidden: 1 };
         let first =
@@ -82,9 +112,6 @@ impl Host {
                 .apply_standing(&command, sim.stamp())
                 .map_err(|refusal| HostError::Map(refusal.reason))?;
             lines.push(Request::of_host(command.into()).ended(Outcome { id: 0, ..outcome }));
-        }
-        if let Some(town) = town {
-            cache.keep_town(&open_drive, seed, &town);
         }
         let mut shell = Shell {
             control,
@@ -108,10 +135,11 @@ impl Host {
             prefers_latency: false,
             deferred: Vec::new(),
             episode_number: FIRST_EPISODE,
-            cache,
+            cache: cache.clone(),
             journal_from: BTreeMap::new(),
             roles,
             deaths: BTreeMap::new(),
+            served_count: 0,
             progress: StageProgress::default(),
             config,
             owned_instance,
@@ -144,7 +172,8 @@ impl Host {
         ended.map(|()| frame)
     }
 
-    fn serve(&mut self) -> Result<(), HostError> {
+    /// Runs ticks until the host is stopped.
+    pub(crate) fn serve(&mut self) -> Result<(), HostError> {
         let mut due_nanos = clock::now_nanos();
         while !self.shell.is_stopped() {
             if self.is_synchronous() {

@@ -23,6 +23,7 @@ mod maps;
 mod models;
 pub mod physics;
 mod physics_sensors;
+mod processes;
 mod progress;
 mod recording;
 mod refusal;

@@ -121,6 +121,8 @@ pub(crate) struct Shell {
     pub roles: BTreeMap<usize, Role>,
     /// For each stage, the frame of its last death and the number of deaths in that frame.
     pub deaths: BTreeMap<usize, (Frame, u32)>,
+    /// The count of notifications when the slots were served last.
+    pub served_count: u32,
     /// For each stage, its last progress in asynchronous mode.
     pub progress: StageProgress,
     pub config: HostConfig,
@@ -369,6 +371,10 @@ impl Shell {
         if self.journal.send_backlog(&self.ports, room)? {
             self.control.complete.notify_all();
         }
+        if !self.journal.is_sent() {
+            // Stages that wait for a frame have not read what they were sent for others.
+            self.control.tick.notify_all();
+        }
         Ok(())
     }
 
@@ -471,7 +477,8 @@ impl Shell {
         let is_synchronous = self.settings.synchronous != 0;
         let mut deadline = timeout_nanos.map(|d| clock::now_nanos() + d);
         let mut used = self.processor_ticks(mask);
-        let mut last_count = self.control.host.count();
+        // What was notified while the frame was computed is not served yet.
+        let mut last_count = self.served_count;
         loop {
             let members: Vec<_> = self.barrier.slots().collect();
             for slot in members {
@@ -510,15 +517,15 @@ impl Shell {
             }
             serve(self)?;
             let (control, last) = (&self.control, last_count);
+            let members = self.barrier.mask();
+            let live_all = || control.alive() & members == members;
             let wake_nanos = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
             let new_count = control.host.listen(self.config.strategy, wake_nanos, || {
                 let count = control.host.count();
-                (count != last || control.missing(frame) == 0).then_some(count)
+                (count != last || live_all() && control.missing(frame) == 0).then_some(count)
             });
             last_count = new_count.unwrap_or(last_count);
-            if control.missing(frame) != 0
-                || (self.control.alive().count_ones() as usize) < self.barrier.slots().len()
-            {
+            if control.missing(frame) != 0 || !live_all() {
                 self.service_slots()?;
             }
         }

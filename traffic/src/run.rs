@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bus::{Event, Instance, Interrupted, Participant, Role, Snapshot, TrafficPorts, clock, fault};
+use bus::{BusError, Event, Instance, Participant, Role, Snapshot, TrafficPorts, clock, fault};
 use protocol::{
     Command, Episode, Frame, JournalEntry, Name, SnapshotHeader, TrafficHeader, param, status,
 };
@@ -14,7 +14,7 @@ use crate::{Planner, RestoreError};
 pub enum TrafficError {
     /// An error of the bus.
     #[error(transparent)]
-    Bus(#[from] bus::BusError),
+    Bus(#[from] BusError),
     /// The planner state that the host returned does not fit.
     #[error(transparent)]
     Planner(#[from] RestoreError),
@@ -55,12 +55,9 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
         first: done.next(),
     };
     loop {
-        match stage.participant.next_frame(stage.done, None) {
-            Ok(newest) => match stage.plan_until(newest) {
-                Err(TrafficError::Bus(bus::BusError::HostEnds)) => return Ok(()),
-                planned => planned?,
-            },
-            Err(Interrupted::HostEnds | Interrupted::Deadline) => return Ok(()),
+        match stage.plan_next() {
+            Err(TrafficError::Bus(BusError::HostEnds)) => return Ok(()),
+            planned => planned?,
         }
     }
 }
@@ -101,29 +98,23 @@ struct TrafficStage {
 }
 
 impl TrafficStage {
+    /// Waits for a frame and plans on it.
+    fn plan_next(&mut self) -> Result<(), TrafficError> {
+        let TrafficStage { participant, ports, done, .. } = &mut *self;
+        let newest = participant.next_stage_frame(*done, &mut ports.journal)?;
+        self.plan_until(newest)
+    }
+
     /// Plans on every frame up to `newest`; in asynchronous mode only on the newest.
     fn plan_until(&mut self, newest: Frame) -> Result<(), TrafficError> {
-        let every = self.participant.control().is_synchronous();
-        let mut latest = None;
         while self.done < newest {
-            let Some(snapshot) = self.ports.snapshot.receive()? else { break };
-            if snapshot.header().stamp.frame <= self.done {
-                continue;
-            }
-            if every {
+            let TrafficStage { participant, ports, done, .. } = &mut *self;
+            if let Some(snapshot) = participant.next_snapshot(&ports.snapshot, *done, |_| {})? {
                 self.plan(&snapshot)?;
             } else {
-                self.participant.words().add_missed(latest.is_some().into());
-                latest = Some(snapshot);
+                participant.arrive_without(*done, newest);
+                *done = newest;
             }
-        }
-        if let Some(snapshot) = latest {
-            self.plan(&snapshot)?;
-        }
-        if self.done < newest {
-            self.participant.words().add_missed(newest.0 - self.done.0);
-            self.done = newest;
-            self.participant.arrive(newest);
         }
         Ok(())
     }

@@ -17,13 +17,16 @@
 //! joiner `Free → Claimed → Waiting`, host `→ Admitted`, joiner `→ Ready`, host `→ Live`,
 //! and when its process is gone, host `→ Dead → Free`.
 
-use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
-
-use crate::{Notify, SequenceEvent, Strategy, clock, versioned::Versioned};
+use crate::{
+    Notify, SequenceEvent, Strategy,
+    atoms::{AtomicU32, AtomicU64, Ordering},
+    clock,
+    versioned::Versioned,
+};
 use protocol::{Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 9;
+pub const PROTOCOL: u32 = 10;
 
 /// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;
@@ -119,7 +122,8 @@ pub struct Slot {
     /// The frame that a ticking client requests.
     request: AtomicU64,
     name: [AtomicU64; 5],
-    /// Number of journal parts that a stage has received, counted from the host's start.
+    /// Number of journal parts that a stage has received, counted from the host's start; at first, the
+    /// serial at which its keyframe begins.
     journal_read: AtomicU64,
     /// Number of frames that the participant never received.
     missed: AtomicU64,
@@ -251,7 +255,8 @@ impl Slot {
         self.begin_nanos.store(clock::now_nanos(), Ordering::Relaxed);
     }
 
-    /// For a stage: makes room for the journal parts that follow those before `serial`.
+    /// For a stage: makes room for the journal parts that follow those before `serial`. For the host,
+    /// before `Live`: the stage's keyframe begins there.
     pub fn set_journal_read(&self, serial: u64) {
         self.journal_read.store(serial, Ordering::Release);
     }

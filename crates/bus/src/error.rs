@@ -101,15 +101,4 @@ impl BusError {
     pub(crate) fn port(what: &'static str, name: &str, why: impl Debug) -> BusError {
         BusError::Port { what, name: name.to_owned(), why: format!("{why:?}") }
     }
-
-    pub(crate) fn loan(why: impl Debug) -> BusError {
-        BusError::Loan { why: format!("{why:?}") }
-    }
-
-    pub(crate) fn receive(why: iceoryx2::port::ReceiveError) -> BusError {
-        match why {
-            iceoryx2::port::ReceiveError::ExceedsMaxBorrows => BusError::TooManyBorrowed,
-            other => BusError::port("receive", "", other),
-        }
-    }
 }

@@ -53,6 +53,11 @@ impl Journal {
         Journal { reader, inbox: Inbox::default() }
     }
 
+    /// Before the keyframe: it begins at the part `serial`. Earlier ones are for other readers.
+    pub(crate) fn begin_at(&mut self, serial: u64) {
+        self.inbox.begin_at(serial);
+    }
+
     /// Receives the parts that have arrived, and returns the serial after the last of them.
     pub(crate) fn receive(&mut self) -> Result<u64, BusError> {
         while let Some(part) = self.reader.receive()? {
@@ -97,6 +102,12 @@ struct Inbox {
 }
 
 impl Inbox {
+    fn begin_at(&mut self, serial: u64) {
+        if !self.has_keyframe {
+            self.next = self.next.max(serial);
+        }
+    }
+
     fn is_whole(&self, serial: u64) -> bool {
         self.has_keyframe && self.next >= self.whole_at.max(serial)
     }
@@ -106,6 +117,9 @@ impl Inbox {
         header: &JournalHeader,
         entries: &[JournalEntry],
     ) -> Result<(), BusError> {
+        if !self.has_keyframe && header.serial < self.next {
+            return Ok(());
+        }
         if self.has_keyframe && header.serial != self.next {
             return Err(BusError::JournalGap { expected: self.next, received: header.serial });
         }
@@ -214,6 +228,24 @@ mod tests {
     fn the_keyframe_of_another_reader_and_its_parts_are_ignored() {
         check("0:K0+0 1:1+1 2:2+1 3:K1+1&1 4:2+1 5:3+1", "reset 1 2 3");
         check("0:K0+0 1:2+1 2:K2.0+2&1 3:K2.2+2 4:3+1", "reset 2 3");
+    }
+
+    #[test]
+    fn a_keyframe_before_the_own_one_is_ignored() {
+        let keyframe = |serial, frame| JournalHeader {
+            stamp: Stamp { frame: Frame(frame), ..Stamp::default() },
+            serial,
+            first: 0,
+            keyframe: 1,
+        };
+        let mut inbox = Inbox::default();
+        inbox.begin_at(4);
+        // That of a stage that is further on, which started at the same time.
+        inbox.take_in(&keyframe(3, 9), &[]).unwrap();
+        assert!(!inbox.is_whole(0));
+        inbox.take_in(&keyframe(4, 7), &[]).unwrap();
+        assert!(inbox.is_whole(5));
+        assert_eq!(inbox.until(Frame(7)), [Event::Reset]);
     }
 
     #[test]

@@ -1,13 +1,16 @@
 //! Joining an instance: a slot, its words, and a watch on the host.
 
-use std::sync::{
-    Arc,
-    atomic::{AtomicBool, Ordering},
+use std::{
+    cell::Cell,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
 use crate::{
     BusError, BusNode, ControlPageMapping, Ending, Instance, Journal, Role, SLOTS, Slot, SlotState,
-    Strategy, clock, process,
+    Snapshot, SnapshotReader, Strategy, clock, process,
 };
 use protocol::{Frame, Name};
 
@@ -137,12 +140,16 @@ impl Participant {
         deadline: Option<u64>,
     ) -> Result<Ending, Interrupted> {
         let control = &self.control;
-        let is_seen = || control.have_all_arrived(frame);
-        let give_up = || is_seen() || self.is_over();
+        // Seen once is enough: a client that dies afterwards takes the words back.
+        let is_seen = Cell::new(false);
+        let give_up = || {
+            is_seen.set(control.have_all_arrived(frame));
+            is_seen.get() || self.is_over()
+        };
         if control.complete.wait(frame.0, self.strategy, deadline, give_up) {
             return Ok(control.ending());
         }
-        if is_seen() {
+        if is_seen.get() {
             return Ok(Ending::Complete);
         }
         Err(if self.is_over() { Interrupted::HostEnds } else { Interrupted::Deadline })
@@ -161,6 +168,49 @@ impl Participant {
         found.unwrap_or(Err(Interrupted::Deadline))
     }
 
+    /// For a stage: like [`Participant::next_frame`] without a deadline. Meanwhile it receives the parts
+    /// of the journal for which the host has no room, so that another stage gets those after them.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Participant::receive_journal`].
+    pub fn next_stage_frame(&self, done: Frame, journal: &mut Journal) -> Result<Frame, BusError> {
+        let gate = &self.control.tick;
+        let mut last_count = None;
+        let found = gate.listen(self.strategy, None, || {
+            let count = gate.count();
+            if gate.get() > done.0 {
+                return Some(Ok(Frame(gate.get())));
+            }
+            if self.is_over() {
+                return Some(Err(BusError::HostEnds));
+            }
+            // The host has woken the stages without a new frame.
+            if last_count.replace(count) != Some(count) {
+                let read = self.words().journal_read();
+                match self.receive_parts(journal) {
+                    Ok(received) if received != read => self.control.host.notify(),
+                    Ok(_) => {}
+                    Err(error) => return Some(Err(error)),
+                }
+            }
+            None
+        });
+        found.unwrap_or(Err(BusError::HostEnds))
+    }
+
+    /// Receives the parts of the journal that have arrived, and makes room for others. Returns the
+    /// serial after them.
+    fn receive_parts(&self, journal: &mut Journal) -> Result<u64, BusError> {
+        let read = self.words().journal_read();
+        journal.begin_at(read);
+        let received = journal.receive()?;
+        if received != read {
+            self.words().set_journal_read(received);
+        }
+        Ok(received)
+    }
+
     /// For a stage: receives the journal up to the part before `serial`, and waits for what the host
     /// has kept back because this stage had no room for it.
     ///
@@ -168,13 +218,8 @@ impl Participant {
     ///
     /// [`BusError::JournalGap`] after the loss of a part, [`BusError::HostEnds`].
     pub fn receive_journal(&self, journal: &mut Journal, serial: u64) -> Result<(), BusError> {
-        let mut read = self.words().journal_read();
         loop {
-            let received = journal.receive()?;
-            if received != read {
-                read = received;
-                self.words().set_journal_read(received);
-            }
+            let received = self.receive_parts(journal)?;
             if journal.is_whole(serial) {
                 return Ok(());
             }
@@ -192,6 +237,34 @@ impl Participant {
         }
     }
 
+    /// For a stage whose work is done up to `done`: returns the snapshot to work on next, which is
+    /// the oldest that it has not received; in asynchronous mode the newest, and the others count as
+    /// missed. `None` if all after `done` were overwritten unread. Hands what precedes over to `skip`.
+    ///
+    /// # Errors
+    ///
+    /// Those of the channel.
+    pub fn next_snapshot(
+        &self,
+        snapshots: &SnapshotReader,
+        done: Frame,
+        mut skip: impl FnMut(&Snapshot),
+    ) -> Result<Option<Snapshot>, BusError> {
+        let takes_every = self.control.is_synchronous();
+        let mut latest = None;
+        while let Some(snapshot) = snapshots.receive()? {
+            if snapshot.header().stamp.frame <= done {
+                skip(&snapshot);
+            } else if takes_every {
+                return Ok(Some(snapshot));
+            } else {
+                self.words().add_missed(latest.is_some().into());
+                latest = Some(snapshot);
+            }
+        }
+        Ok(latest)
+    }
+
     /// Reports that the work of a frame begins.
     pub fn begin(&self) {
         self.words().begin();
@@ -204,6 +277,13 @@ impl Participant {
             // The barrier does not wait for this frame, but a reader may.
             self.control.complete.notify_all();
         }
+    }
+
+    /// For a stage that has found no snapshot up to `frame`: counts those after `done` as missed, and
+    /// arrives.
+    pub fn arrive_without(&self, done: Frame, frame: Frame) {
+        self.words().add_missed(frame.0 - done.0);
+        self.arrive(frame);
     }
 
     /// Whether the host is shutting down or has ended.

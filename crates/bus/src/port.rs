@@ -16,7 +16,7 @@ use std::{
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use iceoryx2::{
     port::{
-        BackpressureAction, publisher::Publisher, subscriber::Subscriber,
+        BackpressureAction, ReceiveError, publisher::Publisher, subscriber::Subscriber,
         update_connections::UpdateConnections,
     },
     prelude::*,
@@ -242,10 +242,10 @@ impl<H: Header, T: Element> Writer<H, T> {
                     expect_room(&what(), bytes)?;
                     self.longest.store(len, Ordering::Relaxed);
                 }
-                Transport::Ipc(port.loan_slice_uninit(len).map_err(BusError::loan)?)
+                Transport::Ipc(port.loan_slice_uninit(len).map_err(loan_error)?)
             }
             Transport::Local(port) => {
-                let mut sample = port.loan_slice_uninit(len).map_err(BusError::loan)?;
+                let mut sample = port.loan_slice_uninit(len).map_err(loan_error)?;
                 self.initialise(sample.payload_mut());
                 Transport::Local(sample)
             }
@@ -340,10 +340,10 @@ impl<H: Header, T: Element> Reader<H, T> {
     pub fn receive(&self) -> Result<Option<Sample<H, T>>, BusError> {
         Ok(match &self.0 {
             Transport::Ipc(port) => {
-                port.receive().map_err(BusError::receive)?.map(Transport::Ipc).map(Sample)
+                port.receive().map_err(receive_error)?.map(Transport::Ipc).map(Sample)
             }
             Transport::Local(port) => {
-                port.receive().map_err(BusError::receive)?.map(Transport::Local).map(Sample)
+                port.receive().map_err(receive_error)?.map(Transport::Local).map(Sample)
             }
         })
     }
@@ -352,6 +352,17 @@ impl<H: Header, T: Element> Reader<H, T> {
 impl<H: Header, T: Element> Debug for Reader<H, T> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Reader").finish_non_exhaustive()
+    }
+}
+
+fn loan_error(why: impl Debug) -> BusError {
+    BusError::Loan { why: format!("{why:?}") }
+}
+
+fn receive_error(why: ReceiveError) -> BusError {
+    match why {
+        ReceiveError::ExceedsMaxBorrows => BusError::TooManyBorrowed,
+        other => BusError::port("receive", "", other),
     }
 }
 

@@ -117,6 +117,11 @@ impl SequenceEvent {
         }
     }
 
+    /// The number of raises and other wake-ups; a waiter compares it with an earlier count.
+    pub fn count(&self) -> u32 {
+        self.word.load(Ordering::Acquire)
+    }
+
     /// Waits for the number to reach `value` and returns true. Returns false when `give_up` returns true
     /// after a wake-up, or when `deadline_nanos` of the monotonic clock has passed.
     pub fn wait(

@@ -12,6 +12,7 @@ const DEATHS_MAX: u32 = 5;
 impl Shell {
     /// Handles deaths, joins, requests and leaves of all slots.
     pub(crate) fn service_slots(&mut self) -> Result<(), HostError> {
+        self.served_count = self.control.host.count();
         while let Some((slot, death)) = self.supervisor.next_death() {
             self.clean_up_dead(slot, death)?;
         }
@@ -57,7 +58,8 @@ impl Shell {
         self.ports.journal.connect_readers()?;
         if let Some(role) = self.roles.get(&slot).copied() {
             let frame = self.barrier.frame();
-            let lag = self.lag(role);
+            // While a map is loaded no stage may trail, whatever the settings say.
+            let lag = self.barrier.lag(slot).unwrap_or(self.lag(role));
             let done = match self.barrier.done(slot) {
                 // A restarted planner continues from the frame of its saved state.
                 Some(done) if role == Role::Traffic => done,
@@ -74,6 +76,7 @@ impl Shell {
             };
             self.control.slot(slot).admit(true, lag, done);
             self.journal_from.insert(slot, self.journal.sent());
+            self.control.slot(slot).set_journal_read(self.journal.serial());
             let (keyframe, after) = self.keyframes.since(done);
             self.journal.push_keyframe(&keyframe, &after);
             self.send_journal()?;
@@ -151,7 +154,13 @@ impl Shell {
         let Death { why, has_message } = death;
         let words = self.control.slot(slot);
         let (role, name) = (self.roles.get(&slot).copied(), words.name());
+        if role.is_none() && words.state() == SlotState::Leaving {
+            // It left before its process ended.
+            return self.leave(slot);
+        }
         words.set_state(SlotState::Dead);
+        // It may have become a member after its death was reported.
+        self.control.mark_dead(slot);
         self.journal_from.remove(&slot);
         self.progress.forget(slot);
         let frame = self.barrier.frame();
