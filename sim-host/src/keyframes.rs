@@ -82,6 +82,12 @@ impl Keyframes {
         }
     }
 
+    /// Returns the number of frames whose journals are kept.
+    #[cfg(test)]
+    pub(crate) fn recent_len(&self) -> usize {
+        self.recent.len()
+    }
+
     /// Returns the frame and entries of a keyframe, and the journals that follow it, for a
     /// participant whose work is done up to `done`.
     pub(crate) fn since(&self, done: Frame) -> (FrameEntries, Vec<FrameEntries>) {

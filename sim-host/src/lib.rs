@@ -10,6 +10,10 @@
 //! World space is right-handed, z up; metres, radians, seconds; f32 around the map's local origin.
 //! Start reading at `tick.rs`.
 
+// The tests of this crate run over simulated processes.
+#[cfg(test)]
+extern crate simulated_bus as bus;
+
 mod tick;
 
 mod barrier;
@@ -30,6 +34,8 @@ mod refusal;
 mod replay;
 mod request;
 mod saved;
+#[cfg(test)]
+mod schedules;
 mod shell;
 mod sim;
 mod supervisor;

@@ -1,0 +1,3 @@
+//! The simulated clock.
+
+pub use crate::scheduler::now_nanos;
