@@ -1,6 +1,6 @@
 //! However a simulator ends, nothing is left behind.
 
-use std::{fs, io::Read, path::PathBuf, process::Stdio};
+use std::{fs, io::Read, os::unix::fs::PermissionsExt, path::PathBuf, process::Stdio};
 
 use bus::Role;
 use rustix::process::Signal;
@@ -107,4 +107,18 @@ fn a_simulator_that_loads_a_map_ends_at_a_signal() {
         assert_eq!(said, "stopped while the map was loaded\n");
         eventually("no instance", || !folder.exists());
     }
+}
+
+#[test]
+fn other_users_can_open_nothing_of_a_simulator() {
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    client.tick().unwrap();
+    let instance = sim.instance();
+    for path in instance.segments().into_iter().chain([instance.root()]) {
+        let mode = std::fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!(mode & 0o077, 0, "{}: {mode:o}", path.display());
+    }
+    drop(client);
+    sim.end();
 }

@@ -1,9 +1,9 @@
 //! Instances: each running host has a name and a folder, and shares nothing with another.
 
 use std::{
-    fs::{self, File, OpenOptions},
+    fs::{self, DirBuilder, File, OpenOptions, Permissions},
     io::Write,
-    os::unix::fs::MetadataExt,
+    os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt},
     path::{Path, PathBuf},
     time::Duration,
 };
@@ -237,7 +237,8 @@ impl Instance {
         let own = format!("p{}", std::process::id());
         let instance = Instance::named(id.unwrap_or(&own))?;
         let root = instance.root();
-        fs::create_dir(&root).map_err(|e| match e.kind() {
+        // Other users cannot enter it: they may not even watch.
+        DirBuilder::new().mode(0o700).create(&root).map_err(|e| match e.kind() {
             std::io::ErrorKind::AlreadyExists => error(format!(
                 "a simulator named {:?} already runs; stop it or choose another name",
                 instance.id
@@ -298,7 +299,12 @@ impl OwnedInstance {
                 ));
             }
         }
-        self.instance.node("sim-host", in_process)
+        let node = self.instance.node("sim-host", in_process)?;
+        // One file of the transport is made for every user.
+        for path in self.instance.segments() {
+            let _ = fs::set_permissions(path, Permissions::from_mode(0o600));
+        }
+        Ok(node)
     }
 }
 
