@@ -81,6 +81,12 @@ struct Queries {
     sequence: u64,
 }
 
+/// The most commands of a request that wait for their outcomes before more are sent: less than the
+/// channel holds.
+const UNANSWERED_MAX: usize = 8 * BATCH_MAX;
+/// How long a request waits for the outcomes of its first commands before it gives up.
+const SEND_TIMEOUT: Duration = Duration::from_secs(60);
+
 /// A slot of the control page, and what goes with it. The last half that is dropped leaves.
 pub(crate) struct Connection {
     command: Mutex<Writer<BatchHeader, RawCommand>>,
@@ -126,7 +132,11 @@ impl Connection {
         let first = participant.words().ack();
         let connection = Connection {
             command: Mutex::new(command),
-            inbox: Mutex::new(Inbox::new(outcomes)),
+            inbox: Mutex::new(Inbox::new(
+                outcomes,
+                participant.control().clone(),
+                participant.slot(),
+            )),
             queries: Mutex::new(Queries { query, response, sequence: 0 }),
             bundles,
             network: Mutex::new(None),
@@ -186,11 +196,16 @@ impl Connection {
         let header = self.batch(commands.len(), now);
         let first = header.sequence;
         match inbox {
-            None => self.send_batches(&writer, header, commands, || Ok(()))?,
+            None => self.send_batches(&writer, header, commands, |_| Ok(()))?,
             Some(inbox) => {
                 inbox.open(first, commands.len());
-                let sent =
-                    self.send_batches(&writer, header, commands, || inbox.take_in(self.name));
+                let sent = self.send_batches(&writer, header, commands, |sent| {
+                    if now {
+                        self.await_outcomes(inbox, first, sent)
+                    } else {
+                        inbox.take_in(self.name)
+                    }
+                });
                 if sent.is_err() {
                     inbox.close(first);
                 }
@@ -200,14 +215,35 @@ impl Connection {
         Ok(first)
     }
 
-    /// Sends commands numbered as in `header`; calls `between` after each batch but the last.
+    /// Waits until few of the `sent` commands numbered from `first` have no outcome: a client whose
+    /// channel is full could not read, and lose outcomes.
+    fn await_outcomes(
+        &self,
+        inbox: &mut Inbox,
+        first: u64,
+        sent: usize,
+    ) -> Result<(), ClientError> {
+        let mut has_room = || match inbox.take_in(self.name) {
+            Ok(()) => (sent - inbox.ended(first) <= UNANSWERED_MAX).then_some(Ok(())),
+            Err(e) => Some(Err(e)),
+        };
+        if let Some(ended) = has_room() {
+            return ended;
+        }
+        let waited = self.participant.await_answer(after(SEND_TIMEOUT), has_room);
+        waited.map_err(|why| self.interrupted(why, "room for more commands", SEND_TIMEOUT))?
+    }
+
+    /// Sends commands numbered as in `header`; calls `between` after each batch but the last, with the
+    /// number of commands sent.
     fn send_batches(
         &self,
         writer: &Writer<BatchHeader, RawCommand>,
         mut header: BatchHeader,
         mut commands: impl ExactSizeIterator<Item = RawCommand>,
-        mut between: impl FnMut() -> Result<(), ClientError>,
+        mut between: impl FnMut(usize) -> Result<(), ClientError>,
     ) -> Result<(), ClientError> {
+        let mut sent = 0;
         while commands.len() > 0 {
             let count = commands.len().min(BATCH_MAX);
             let mut loan = writer.loan(count)?;
@@ -215,9 +251,10 @@ impl Connection {
             rooms.zip(&mut commands).for_each(|(room, command)| *room = command);
             loan.send(header)?;
             header.sequence += count as u64;
+            sent += count;
             if commands.len() > 0 {
                 self.participant.control().host.notify();
-                between()?;
+                between(sent)?;
             } else if header.now != 0 {
                 self.participant.control().host.notify();
             }

@@ -3,7 +3,7 @@
 
 use std::collections::{BTreeMap, VecDeque};
 
-use bus::Outcomes;
+use bus::{ControlPageMapping, Outcomes, Slot};
 use protocol::{Frame, JournalEntry, Name};
 
 use crate::ClientError;
@@ -21,6 +21,9 @@ const OTHERS_MAX: usize = 65_536;
 /// The reading end of the journal, and the tickets that wait for entries of it.
 pub(crate) struct Inbox {
     entries: Outcomes,
+    control: ControlPageMapping,
+    /// The slot of this client.
+    slot: usize,
     /// By the number of the first command.
     open: BTreeMap<u64, Awaited>,
     /// Commands of other participants, if they are wanted.
@@ -30,20 +33,36 @@ pub(crate) struct Inbox {
 }
 
 impl Inbox {
-    pub(crate) fn new(entries: Outcomes) -> Inbox {
-        Inbox { entries, open: BTreeMap::new(), others: None, is_gap: false }
+    pub(crate) fn new(entries: Outcomes, control: ControlPageMapping, slot: usize) -> Inbox {
+        Inbox { entries, control, slot, open: BTreeMap::new(), others: None, is_gap: false }
+    }
+
+    /// Discards what has arrived; from now on the host counts what this client reads.
+    fn begin_here(&mut self) -> Result<(), ClientError> {
+        let sent = self.control.outcomes_sent();
+        // First: what the host sends while older parts are discarded is not lost.
+        self.control.slot(self.slot).set_journal_read(sent);
+        Ok(self.entries.begin_here(sent)?)
+    }
+
+    /// Reports how far this client has read, so that the host does not overwrite what it waits for.
+    fn report(&self) {
+        let is_waiting = !self.open.is_empty() || self.others.is_some();
+        let read = if is_waiting { self.entries.next() } else { Slot::READS_NOTHING };
+        self.control.slot(self.slot).set_journal_read(read);
     }
 
     /// Awaits the outcomes of `count` commands that are about to be sent, numbered from `first`.
     pub(crate) fn open(&mut self, first: u64, count: usize) {
         let awaited = Awaited { count, outcomes: Vec::with_capacity(count), is_lost: false };
         self.open.insert(first, awaited);
+        self.report();
     }
 
     /// Before commands are sent: entries that nothing waits for are dropped unread.
     pub(crate) fn prepare(&mut self, own: Name) -> Result<(), ClientError> {
         if self.open.is_empty() && self.others.is_none() {
-            return Ok(self.entries.begin_here()?);
+            return self.begin_here();
         }
         self.take_in(own)
     }
@@ -51,9 +70,10 @@ impl Inbox {
     /// Collects entries of other participants from now on.
     pub(crate) fn follow_others(&mut self) -> Result<(), ClientError> {
         if self.others.is_none() && self.open.is_empty() {
-            self.entries.begin_here()?;
+            self.begin_here()?;
         }
         self.others.get_or_insert_default();
+        self.report();
         Ok(())
     }
 
@@ -61,6 +81,7 @@ impl Inbox {
     pub(crate) fn ignore_others(&mut self) {
         self.others = None;
         self.is_gap = false;
+        self.report();
     }
 
     /// Whether entries of other participants are collected.
@@ -80,7 +101,7 @@ impl Inbox {
 
     /// Reads what has come.
     pub(crate) fn take_in(&mut self, own: Name) -> Result<(), ClientError> {
-        let Inbox { entries, open, others, is_gap } = self;
+        let Inbox { entries, open, others, is_gap, .. } = self;
         let is_lost = entries.receive(|frame, entry| {
             if entry.client == own {
                 if let Some((first, awaited)) = open.range_mut(..=entry.sequence).next_back()
@@ -100,22 +121,31 @@ impl Inbox {
             self.open.values_mut().for_each(|awaited| awaited.is_lost = true);
             self.is_gap = self.others.is_some();
         }
+        self.report();
         Ok(())
+    }
+
+    /// How many of the commands numbered from `first` have an outcome.
+    pub(crate) fn ended(&self, first: u64) -> usize {
+        self.open.get(&first).map_or(0, |awaited| awaited.outcomes.len())
     }
 
     /// Awaits the commands numbered from `first` no longer.
     pub(crate) fn close(&mut self, first: u64) {
         self.open.remove(&first);
+        self.report();
     }
 
     /// Returns the entries of the commands numbered from `first`, once, when all of them have come.
     pub(crate) fn take(&mut self, first: u64) -> Result<Option<Vec<JournalEntry>>, ClientError> {
         let Some(awaited) = self.open.get(&first) else { return Ok(None) };
         if awaited.outcomes.len() == awaited.count {
-            return Ok(self.open.remove(&first).map(|awaited| awaited.outcomes));
+            let ended = self.open.remove(&first);
+            self.report();
+            return Ok(ended.map(|awaited| awaited.outcomes));
         }
         if awaited.is_lost {
-            self.open.remove(&first);
+            self.close(first);
             return Err(ClientError::JournalOverrun);
         }
         Ok(None)

@@ -20,7 +20,7 @@ use crate::{
     processes::SystemProcesses,
     progress::StageProgress,
     request::Request,
-    shell::{HostConfig, IDLE_NANOS, Shell, TickTimes},
+    shell::{FlowControl, HostConfig, Shell, TickTimes},
     sim::{Decision, Inputs, Outputs, Sim},
     supervisor::{Launcher, Processes, Reports, Supervisor},
     world::World,
@@ -134,6 +134,7 @@ impl Host {
             is_ticking: false,
             prefers_latency: false,
             deferred: Vec::new(),
+            flow: FlowControl::default(),
             episode_number: FIRST_EPISODE,
             cache: cache.clone(),
             journal_from: BTreeMap::new(),
@@ -213,8 +214,8 @@ impl Host {
             if !self.is_synchronous() || self.shell.is_stopped() {
                 return Ok(());
             }
+            let deadline = Some(clock::now_nanos() + self.shell.pause_nanos());
             let (event, last) = (&self.shell.control.host, last_count);
-            let deadline = Some(clock::now_nanos() + IDLE_NANOS);
             let new_count = event.listen(self.shell.config.strategy, deadline, || {
                 let count = event.count();
                 (count != last).then_some(count)
@@ -240,12 +241,12 @@ impl Host {
         }
         let mut last_count = self.shell.control.host.count();
         while clock::now_nanos() < due_nanos && !self.shell.is_stopped() {
+            let wake_nanos = clock::now_nanos() + self.shell.pause_nanos();
             let (event, last) = (&self.shell.control.host, last_count);
-            let new_count =
-                event.listen(Strategy::BATCH, Some(due_nanos.min(now + IDLE_NANOS)), || {
-                    let count = event.count();
-                    (count != last).then_some(count)
-                });
+            let new_count = event.listen(Strategy::BATCH, Some(due_nanos.min(wake_nanos)), || {
+                let count = event.count();
+                (count != last).then_some(count)
+            });
             last_count = new_count.unwrap_or(last_count);
             self.shell.service_slots()?;
             self.serve_urgent()?;
@@ -261,14 +262,16 @@ impl Host {
     pub(crate) fn drain_inputs(&mut self) -> Result<Vec<Request>, HostError> {
         self.shell.answer_queries(&self.sim)?;
         self.shell.receive_decided()?;
+        let others = self.shell.has_room_for_commands();
+        let ticking = self.shell.control.ticker().map(|slot| self.shell.control.slot(slot).name());
         let Shell { inbox, ports, journal, early, .. } = &mut self.shell;
         *early = journal.len();
-        inbox.drain(ports)?;
+        inbox.drain(ports, true)?;
         // Commands of the host itself, so that the journal, recordings and re-simulations have them.
         let bodies = self.sim.world().bodies_to_remove();
         let mut requests: Vec<_> =
             bodies.map(|id| Request::of_host(Command::Destroy(id))).collect();
-        requests.append(&mut inbox.take());
+        requests.append(&mut inbox.take(ticking, others));
         Ok(requests)
     }
 
@@ -319,7 +322,7 @@ impl Host {
 }
 
 fn serve_urgent(sim: &mut Sim, shell: &mut Shell) -> Result<(), HostError> {
-    if shell.inbox.drain(&shell.ports)? {
+    if shell.inbox.drain(&shell.ports, false)? && shell.has_room_for_commands() {
         let requests = shell.inbox.take_urgent();
         serve_requests(sim, shell, &requests)?;
     }

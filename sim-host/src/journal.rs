@@ -4,8 +4,8 @@ use std::collections::VecDeque;
 
 use bus::{BusError, HostPorts};
 use protocol::{
-    BatchHeader, Command, Frame, JOURNAL_PART_MAX, JournalEntry, JournalHeader, RawCommand, Stamp,
-    VehicleControl,
+    BatchHeader, Command, Frame, JOURNAL_PART_MAX, JournalEntry, JournalHeader, Name, RawCommand,
+    Stamp, VehicleControl,
 };
 
 use crate::request::{Pending, Request};
@@ -23,25 +23,77 @@ pub(crate) struct Inbox {
     controls: Vec<(BatchHeader, Vec<VehicleControl>)>,
 }
 
+/// Batches of commands that one pass applies, over all clients; more take turns, so that a tick never
+/// waits for a flood.
+const PASS_BATCHES: usize = 16;
+
+/// With so many batches waiting, others stay in the channels, and their writers wait.
+const BATCHES_ENOUGH: usize = 4096;
+
+/// With so many batches waiting, a tick applies all of them, whoever sent them.
+const BATCHES_MAX: usize = 4096;
+
 impl Inbox {
-    /// Receives all batches from the channels. Returns whether some are to be applied now.
-    pub(crate) fn drain(&mut self, ports: &HostPorts) -> Result<bool, BusError> {
-        while let Some(batch) = ports.command.receive()? {
+    /// Receives batches from the channels: all of them, or only if few wait already. Returns whether
+    /// some are to be applied now.
+    pub(crate) fn drain(&mut self, ports: &HostPorts, all: bool) -> Result<bool, BusError> {
+        let channel = bus::channel("command");
+        // No more than the channels held at first: clients may send as fast as this receives.
+        for _ in 0..channel.depth * channel.writers_max {
+            if !all && self.batches.len() >= BATCHES_ENOUGH {
+                break;
+            }
+            let Some(batch) = ports.command.receive()? else { break };
             let header = *batch.header();
             self.batches.push(Batch { header, commands: batch.payload().to_vec() });
         }
         while let Some(batch) = ports.control.receive()? {
             self.controls.push((*batch.header(), batch.payload().to_vec()));
         }
-        Ok(self.batches.iter().any(|b| b.header.now != 0))
+        Ok(self.has_urgent())
     }
 
-    /// Returns the requests of a frame: commands, then controls, each by (client, sequence).
-    pub(crate) fn take(&mut self) -> Vec<Request> {
-        self.batches.sort_by_key(|b| (b.header.client, b.header.sequence));
+    /// Whether commands wait that are to be applied now.
+    pub(crate) fn has_urgent(&self) -> bool {
+        self.batches.iter().any(|b| b.header.now != 0)
+    }
+
+    /// Returns the requests of a frame: commands, then controls, each by (client, sequence). All
+    /// commands of the ticking client belong to it; of other clients, one pass if `others`.
+    pub(crate) fn take(&mut self, ticking: Option<Name>, others: bool) -> Vec<Request> {
+        let is_full = self.batches.len() > BATCHES_MAX;
+        let batches = std::mem::take(&mut self.batches);
+        let is_whole = |batch: &Batch| is_full || Some(batch.header.client) == ticking;
+        let (mut whole, rest): (Vec<_>, Vec<_>) = batches.into_iter().partition(is_whole);
+        if others {
+            whole.extend(self.one_pass(rest));
+        } else {
+            self.batches = rest;
+        }
+        self.requests(whole)
+    }
+
+    /// Returns the batches of one pass, and keeps the others: as many of each client, in their order.
+    fn one_pass(&mut self, mut batches: Vec<Batch>) -> Vec<Batch> {
+        batches.sort_by_key(|b| (b.header.client, b.header.sequence));
+        let clients = batches.chunk_by(|a, b| a.header.client == b.header.client).count();
+        let share = (PASS_BATCHES / clients.max(1)).max(1);
+        let mut last = (Name::default(), 0);
+        let (pass, rest): (Vec<_>, Vec<_>) = batches.into_iter().partition(|batch| {
+            let client = batch.header.client;
+            last = (client, if client == last.0 { last.1 + 1 } else { 1 });
+            last.1 <= share
+        });
+        self.batches.extend(rest);
+        pass
+    }
+
+    /// Returns commands, then all controls, each by (client, sequence).
+    fn requests(&mut self, mut batches: Vec<Batch>) -> Vec<Request> {
+        batches.sort_by_key(|b| (b.header.client, b.header.sequence));
         self.controls.sort_by_key(|(header, _)| (header.client, header.sequence));
         let mut requests = Vec::new();
-        for batch in self.batches.drain(..) {
+        for batch in batches {
             push(&mut requests, &batch.header, &batch.commands);
         }
         for (header, controls) in self.controls.drain(..) {
@@ -56,8 +108,8 @@ impl Inbox {
         requests
     }
 
-    /// Returns the requests to be applied between two frames: all of each client up to its last
-    /// batch that asks for it, by client.
+    /// Returns the requests of one pass that are to be applied between two frames, by client: of each,
+    /// those up to its last batch that asks for it.
     pub(crate) fn take_urgent(&mut self) -> Vec<Request> {
         let mut urgent = Vec::new();
         let mut rest = Vec::new();
@@ -71,7 +123,7 @@ impl Inbox {
         let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(precedes_urgent);
         urgent.extend(earlier);
         self.batches = later;
-        urgent.sort_by_key(|b| (b.header.client, b.header.sequence));
+        let urgent = self.one_pass(urgent);
         let mut requests = Vec::new();
         for batch in urgent {
             push(&mut requests, &batch.header, &batch.commands);
@@ -97,7 +149,8 @@ impl Inbox {
 
     /// Replaces the waiting requests, and returns the replaced ones.
     pub(crate) fn replace(&mut self, pending: &[Pending]) -> Vec<Request> {
-        let dropped = self.take();
+        let batches = std::mem::take(&mut self.batches);
+        let dropped = self.requests(batches);
         for command in pending {
             let header = BatchHeader {
                 client: command.client,
@@ -227,8 +280,74 @@ impl JournalWriter {
         self.serial
     }
 
+    /// Returns the number of parts that stages have not been sent.
+    pub(crate) fn backlog(&self) -> usize {
+        self.backlog.len()
+    }
+
+    /// Returns the serial of the next part of outcomes.
+    pub(crate) fn outcome_serial(&self) -> u64 {
+        self.outcome_serial
+    }
+
     /// Returns the number of entries of the frame.
     pub(crate) fn len(&self) -> usize {
         self.entries.len()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use protocol::ActorId;
+
+    /// Batches as `client:sequence`, with `!` behind those to be applied now.
+    fn inbox(batches: &[&str]) -> Inbox {
+        let batch = |text: &&str| {
+            let (client, sequence) = text.trim_end_matches('!').split_once(':').unwrap();
+            let header = BatchHeader {
+                client: Name::new(client),
+                sequence: sequence.parse().unwrap(),
+                now: text.ends_with('!').into(),
+                ..BatchHeader::default()
+            };
+            Batch { header, commands: vec![Command::Destroy(ActorId(1)).into()] }
+        };
+        Inbox { batches: batches.iter().map(batch).collect(), controls: Vec::new() }
+    }
+
+    fn names(requests: &[Request]) -> Vec<String> {
+        requests.iter().map(|r| format!("{}:{}", r.client, r.sequence)).collect()
+    }
+
+    #[test]
+    fn clients_take_turns_and_each_keeps_its_order() {
+        let flood: Vec<String> = (0..40).rev().map(|n| format!("flood:{n}!")).collect();
+        let mut batches: Vec<&str> = flood.iter().map(String::as_str).collect();
+        batches.push("quiet:7!");
+        let mut inbox = inbox(&batches);
+        let wanted: Vec<String> = (0..8).map(|n| format!("flood:{n}")).collect();
+        let first = names(&inbox.take_urgent());
+        assert_eq!(first, [&wanted[..], &["quiet:7".to_owned()]].concat());
+        assert!(inbox.has_urgent());
+        assert_eq!(names(&inbox.take_urgent()).first().unwrap(), "flood:8");
+        assert_eq!(names(&inbox.take_urgent()).len(), 16);
+        assert!(!inbox.has_urgent());
+    }
+
+    #[test]
+    fn a_frame_has_every_command_of_its_ticking_client() {
+        let own: Vec<String> = (0..40).map(|n| format!("ticker:{n}")).collect();
+        let flood: Vec<String> = (0..40).map(|n| format!("flood:{n}!")).collect();
+        let batches: Vec<&str> = own.iter().chain(&flood).map(String::as_str).collect();
+        let mut inbox = inbox(&batches);
+        let ticking = Some(Name::new("ticker"));
+        assert_eq!(inbox.take(ticking, false).len(), 40);
+        assert_eq!(names(&inbox.take(ticking, true)), flood_names(0..16));
+        assert_eq!(names(&inbox.take(ticking, true)), flood_names(16..32));
+    }
+
+    fn flood_names(range: std::ops::Range<u64>) -> Vec<String> {
+        range.map(|n| format!("flood:{n}")).collect()
     }
 }

@@ -10,8 +10,8 @@ use bake::Cache;
 use bus::{ControlPageMapping, Ending, HostPorts, OwnedInstance, Role, Strategy, clock};
 use protocol::{
     ActorId, BundleId, BundleReceipt, Command, CreateBundle, Episode, Frame, JournalEntry, Name,
-    Outcome, QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Transmit,
-    layout,
+    Outcome, QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Stamp,
+    Transmit, layout,
 };
 
 use crate::{
@@ -33,11 +33,14 @@ use crate::{
 };
 
 mod episode;
+mod flow;
 mod recorder;
 mod replays;
 mod slots;
 mod stalls;
 mod states;
+
+pub(crate) use flow::FlowControl;
 
 /// The configuration of a host.
 pub struct HostConfig {
@@ -113,6 +116,8 @@ pub(crate) struct Shell {
     pub prefers_latency: bool,
     /// Commands that came with a tick and belong between two frames.
     pub deferred: Vec<Request>,
+    /// How far clients have read.
+    pub flow: FlowControl,
     /// Number of the current episode.
     pub episode_number: u32,
     pub cache: Cache,
@@ -323,7 +328,7 @@ impl Shell {
     pub(crate) fn publish(&mut self, sim: &Sim, outputs: &Outputs) -> Result<(), HostError> {
         let stamp = outputs.stamp;
         self.show_settings(sim.settings());
-        self.journal.announce(&self.ports, stamp)?;
+        self.announce(stamp)?;
         let entries = self.journal.take_frame(stamp);
         self.send_journal()?;
         let header = self.send_snapshot(sim, outputs, entries.len() as u32)?;
@@ -341,11 +346,18 @@ impl Shell {
         Ok(())
     }
 
+    /// Sends clients the outcomes that they do not have.
+    fn announce(&mut self, stamp: Stamp) -> Result<(), HostError> {
+        self.journal.announce(&self.ports, stamp)?;
+        self.control.set_outcomes_sent(self.journal.outcome_serial());
+        Ok(())
+    }
+
     /// Publishes the journal entries of the coming frame that are written so far.
     pub(crate) fn publish_early(&mut self, sim: &Sim) -> Result<(), HostError> {
         self.show_settings(sim.settings());
-        let stamp = protocol::Stamp { frame: sim.stamp().frame.next(), ..sim.stamp() };
-        self.journal.announce(&self.ports, stamp)?;
+        let stamp = Stamp { frame: sim.stamp().frame.next(), ..sim.stamp() };
+        self.announce(stamp)?;
         self.control.complete.notify_all();
         Ok(())
     }
@@ -516,10 +528,11 @@ impl Shell {
                 return Ok(if is_synchronous { verdict } else { Verdict::Complete });
             }
             serve(self)?;
+            let wake_nanos = clock::now_nanos() + self.pause_nanos();
+            let wake_nanos = Some(deadline.unwrap_or(u64::MAX).min(wake_nanos));
             let (control, last) = (&self.control, last_count);
             let members = self.barrier.mask();
             let live_all = || control.alive() & members == members;
-            let wake_nanos = Some(deadline.unwrap_or(u64::MAX).min(now + IDLE_NANOS));
             let new_count = control.host.listen(self.config.strategy, wake_nanos, || {
                 let count = control.host.count();
                 (count != last || live_all() && control.missing(frame) == 0).then_some(count)

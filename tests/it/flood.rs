@@ -2,8 +2,8 @@
 
 use std::{
     sync::{
-        Arc,
-        atomic::{AtomicBool, Ordering},
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
     },
     time::Duration,
 };
@@ -14,10 +14,21 @@ use client_lib::{
     wire::{Settings, camera, output},
 };
 use glam::{Quat, Vec3};
+use mesh::RandomStream;
 use protocol::ActorId;
 use rustix::process::Signal;
 
-use crate::kit::{DELTA_NANOS, Sim, is_soak, kill, run_asynchronously, thread};
+use crate::kit::{DELTA_NANOS, Sim, is_soak, kill, resident_bytes, run_asynchronously, thread};
+
+/// Floods take the processor from each other.
+static ONE_AT_A_TIME: Mutex<()> = Mutex::new(());
+
+fn alone() -> MutexGuard<'static, ()> {
+    ONE_AT_A_TIME.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Commands in frames of their own that fill the journal of stages.
+const FULL: u64 = 64;
 
 const STAGES: [Role; 2] = [Role::Traffic, Role::Render];
 
@@ -36,6 +47,7 @@ fn tick_with_both_stages(sim: &Sim, client: &mut Client) {
 
 #[test]
 fn stages_that_stop_for_a_time_during_a_flood_receive_every_command() {
+    let _alone = alone();
     let sim = Sim::start(&[]);
     let mut client = sim.client("driver");
     let places = client.spawn_points().unwrap();
@@ -44,25 +56,26 @@ fn stages_that_stop_for_a_time_during_a_flood_receive_every_command() {
     let settings = Settings { synchronous: 0, real_time_permille: 0, ..client.wire_settings() };
     client.apply_wire_settings(settings).unwrap();
     let is_over = Arc::new(AtomicBool::new(false));
+    let sent = Arc::new(AtomicU64::new(0));
     let flood = {
         let (mut client, is_over) = (sim.client("flood"), Arc::clone(&is_over));
+        let sent = Arc::clone(&sent);
         thread(move || {
-            let mut count = 0;
             while !is_over.load(Ordering::Relaxed) {
-                count += 1;
+                let count = sent.fetch_add(1, Ordering::Relaxed);
                 let wetness = (count % 100) as f32;
                 let weather = Weather { wetness, ..Weather::default() };
                 client.request("flood", &[Command::set_weather(weather)]).unwrap();
                 std::thread::sleep(Duration::from_micros(100));
             }
-            count
         })
     };
     let rounds = if is_soak() { 1000 } else { 40 };
-    let mut bundle = None;
+    let (mut bundle, mut most) = (None, 0);
     for round in 0..rounds {
         let pids = STAGES.map(|role| sim.pid(role).unwrap());
         pids.iter().for_each(|pid| kill(*pid, Signal::STOP));
+        let before = sent.load(Ordering::Relaxed);
         if round == rounds / 2 {
             // Traffic and the renderer learn these from the journal alone.
             let stop = TrafficParam::SpeedMps(0.0);
@@ -71,14 +84,22 @@ fn stages_that_stop_for_a_time_during_a_flood_receive_every_command() {
             let eye = camera("eye", roof, 16, 16, 1.5, output::DEPTH);
             bundle = Some(client.create_bundle("eye", car, [eye], 2).unwrap());
         }
-        std::thread::sleep(Duration::from_millis(60 + round % 10));
+        // In some rounds until the journal is full, however slow the machine is.
+        for _ in 0..if round % 8 == 0 { 60 } else { 1 } {
+            std::thread::sleep(Duration::from_millis(50 + round % 10));
+            let during = sent.load(Ordering::Relaxed) - before;
+            most = most.max(during);
+            if during > FULL {
+                break;
+            }
+        }
         pids.iter().for_each(|pid| kill(*pid, Signal::CONT));
         std::thread::sleep(Duration::from_micros(500 * (round % 20)));
     }
     is_over.store(true, Ordering::Relaxed);
-    let count: u64 = flood.join().unwrap();
-    println!("{count} commands, stages stopped {rounds} times");
-    assert!(count > 64 * 10, "the flood had no force: {count} commands");
+    flood.join().unwrap();
+    println!("{sent:?} commands, stages stopped {rounds} times, {most} commands during one stop");
+    assert!(most > FULL, "the journal was never full: {most} commands during one stop");
     tick_with_both_stages(&sim, &mut client);
     let mut bundle = bundle.unwrap();
     let (_, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
@@ -95,6 +116,7 @@ fn stages_that_stop_for_a_time_during_a_flood_receive_every_command() {
 
 #[test]
 fn batches_of_any_length_are_carried_out_and_answered() {
+    let _alone = alone();
     let sim = Sim::start(&[]);
     let mut client = sim.client("driver");
     run_asynchronously(&mut client);
@@ -107,4 +129,76 @@ fn batches_of_any_length_are_carried_out_and_answered() {
     tick_with_both_stages(&sim, &mut client);
     drop(client);
     sim.end();
+}
+
+/// A client that sends what it can: settings, vehicles that come and go, bundles, commands that are
+/// refused. Returns the number of commands.
+fn flood(mut client: Client, index: u64, is_over: &AtomicBool) -> u64 {
+    let mut random = RandomStream::from_state(index);
+    let places = client.spawn_points().unwrap();
+    let mut count = 0;
+    while !is_over.load(Ordering::Relaxed) {
+        let length = 1 + random.below(3000);
+        let commands: Vec<_> = (0..length).map(|_| command(&mut random, &places)).collect();
+        let outcomes = client.try_request("flood", &commands).unwrap();
+        assert_eq!(outcomes.len(), commands.len());
+        count += commands.len() as u64;
+        if random.chance(0.1) {
+            let name = format!("flood-{index}");
+            let at = Pose::new(Vec3::Z * 30.0, Quat::IDENTITY);
+            let eye = camera("eye", at, 16, 16, 1.5, output::DEPTH);
+            let bundle = client.create_bundle(&name, ActorId::NONE, [eye], 2).unwrap();
+            client.destroy_bundle(bundle).unwrap();
+        }
+    }
+    count
+}
+
+fn command(random: &mut RandomStream, places: &[Pose]) -> Command {
+    match random.below(100) {
+        0..=2 => Spawn::new("vehicle.audi.tt", *random.choose(places)).autopilot().into(),
+        3..=40 => Command::destroy(ActorId(1 + random.below(2000) as u32)),
+        41..=60 => {
+            Command::set_weather(Weather { wetness: random.unit() * 100.0, ..Weather::default() })
+        }
+        _ => Command::destroy(ActorId(1_000_000 + random.below(1000) as u32)),
+    }
+}
+
+#[test]
+fn a_world_with_eight_floods_goes_on_and_does_not_grow() {
+    let _alone = alone();
+    let sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    client.tick().unwrap();
+    let is_over = Arc::new(AtomicBool::new(false));
+    let floods: Vec<_> = (0..8)
+        .map(|index| {
+            let (client, is_over) = (sim.client("flood"), Arc::clone(&is_over));
+            thread(move || flood(client, index, &is_over))
+        })
+        .collect();
+    let ticks = if is_soak() { 20_000 } else { 200 };
+    let mut early = None;
+    let pids = || STAGES.map(|role| sim.pid(role).unwrap());
+    let resident = || [sim.host_pid(), pids()[0], pids()[1]].map(resident_bytes);
+    for tick in 0..ticks {
+        let frame = client.tick().unwrap();
+        assert_eq!(client.frame(), frame);
+        if tick == ticks / 4 {
+            early = Some((pids(), resident()));
+        }
+    }
+    let (early, late) = (early.unwrap(), (pids(), resident()));
+    is_over.store(true, Ordering::Relaxed);
+    let counts: Vec<u64> = floods.into_iter().map(|flood| flood.join().unwrap()).collect();
+    println!("{counts:?} commands beside {ticks} ticks; resident {:?} -> {:?}", early.1, late.1);
+    assert!(counts.iter().all(|count| *count > 0), "a flood was not served: {counts:?}");
+    assert_eq!(early.0, late.0, "a stage was started again");
+    for (early, late) in early.1.into_iter().zip(late.1) {
+        assert!(late < early + (64 << 20), "memory grows: {early} -> {late}");
+    }
+    drop(client);
+    let log = sim.end();
+    assert!(!log.contains("died"), "{log}");
 }

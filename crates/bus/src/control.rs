@@ -122,8 +122,8 @@ pub struct Slot {
     /// The frame that a ticking client requests.
     request: AtomicU64,
     name: [AtomicU64; 5],
-    /// Number of journal parts that a stage has received, counted from the host's start; at first, the
-    /// serial at which its keyframe begins.
+    /// Number of parts of the journal that a stage has received, or of outcomes that a client has,
+    /// counted from the host's start; of a stage at first, the serial at which its keyframe begins.
     journal_read: AtomicU64,
     /// Number of frames that the participant never received.
     missed: AtomicU64,
@@ -134,6 +134,9 @@ pub struct Slot {
 const _: () = assert!(size_of::<Slot>() == 128);
 
 impl Slot {
+    /// [`Slot::journal_read`] of a client that waits for no outcomes.
+    pub const READS_NOTHING: u64 = u64::MAX;
+
     /// The state of the slot.
     pub fn state(&self) -> SlotState {
         SlotState::from_code(self.owner.load(Ordering::Acquire) as u32)
@@ -180,7 +183,8 @@ impl Slot {
         Frame(self.request.load(Ordering::Acquire))
     }
 
-    /// The serial after the last journal part that a stage has received.
+    /// The serial after the last part of the journal that a stage has received, or of outcomes that a
+    /// client has; [`Slot::READS_NOTHING`] of a client that waits for none.
     pub fn journal_read(&self) -> u64 {
         self.journal_read.load(Ordering::Acquire)
     }
@@ -226,7 +230,8 @@ impl Slot {
         self.start_time.store(start_time, Ordering::Relaxed);
         self.role.store(role as u32, Ordering::Release);
         self.request.store(0, Ordering::Relaxed);
-        self.journal_read.store(0, Ordering::Relaxed);
+        let read = if role == Role::Client { Slot::READS_NOTHING } else { 0 };
+        self.journal_read.store(read, Ordering::Relaxed);
         self.missed.store(0, Ordering::Relaxed);
         self.wants_barrier.store(0, Ordering::Relaxed);
         self.waited_for.store(0, Ordering::Relaxed);
@@ -255,8 +260,8 @@ impl Slot {
         self.begin_nanos.store(clock::now_nanos(), Ordering::Relaxed);
     }
 
-    /// For a stage: makes room for the journal parts that follow those before `serial`. For the host,
-    /// before `Live`: the stage's keyframe begins there.
+    /// For a stage or a client: makes room for the parts that follow those before `serial`. For the
+    /// host, before `Live`: a stage's keyframe begins there.
     pub fn set_journal_read(&self, serial: u64) {
         self.journal_read.store(serial, Ordering::Release);
     }
@@ -312,6 +317,8 @@ pub struct ControlPage {
     settings: Versioned<4>,
     /// Number of the episode.
     episode: AtomicU64,
+    /// Number of parts of outcomes that the host has sent.
+    outcomes_sent: AtomicU64,
     slots: [Slot; SLOTS],
 }
 
@@ -410,6 +417,16 @@ impl ControlPage {
     /// Number of the current episode; the first is 1.
     pub fn episode(&self) -> u32 {
         self.episode.load(Ordering::Acquire) as u32
+    }
+
+    /// For the host: stores the number of parts of outcomes that it has sent.
+    pub fn set_outcomes_sent(&self, count: u64) {
+        self.outcomes_sent.store(count, Ordering::Release);
+    }
+
+    /// Number of parts of outcomes that the host has sent, each of which is in the channel.
+    pub fn outcomes_sent(&self) -> u64 {
+        self.outcomes_sent.load(Ordering::Acquire)
     }
 
     /// The slot of the ticking client.

@@ -85,9 +85,11 @@ pub enum BusError {
 }
 
 impl BusError {
-    /// Whether the error is that the channel does not exist.
+    /// Whether the error is that the channel does not exist, or is being removed.
     pub fn is_missing_channel(&self) -> bool {
-        matches!(self, BusError::Channel { why, .. } if why == "DoesNotExist")
+        const GONE: [&str; 3] =
+            ["DoesNotExist", "IsMarkedForDestruction", "ServiceInCorruptedState"];
+        matches!(self, BusError::Channel { why, .. } if GONE.contains(&why.as_str()))
     }
 
     pub(crate) fn channel(name: &str, why: impl Debug) -> BusError {

@@ -33,11 +33,20 @@ impl Outcomes {
         Ok(is_lost)
     }
 
-    /// Discards everything that has arrived, including losses.
-    pub fn begin_here(&mut self) -> Result<(), BusError> {
-        while self.reader.receive()?.is_some() {}
-        self.next = None;
+    /// Discards everything that has arrived, including losses. At least `sent` parts had been sent
+    /// before.
+    pub fn begin_here(&mut self, sent: u64) -> Result<(), BusError> {
+        let mut next = sent.max(self.next());
+        while let Some(part) = self.reader.receive()? {
+            next = next.max(part.header().serial + 1);
+        }
+        self.next = Some(next);
         Ok(())
+    }
+
+    /// The serial after the last part that has arrived.
+    pub fn next(&self) -> u64 {
+        self.next.unwrap_or(0)
     }
 }
 

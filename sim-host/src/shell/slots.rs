@@ -166,7 +166,7 @@ impl Shell {
         let frame = self.barrier.frame();
         // Data of the dead process is received before it is removed.
         self.receive_decided()?;
-        self.inbox.drain(&self.ports)?;
+        self.inbox.drain(&self.ports, true)?;
         let stuck = self.supervisor.clean_up();
         let Some(role) = role else {
             self.barrier.dies(slot);
