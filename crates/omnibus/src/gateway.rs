@@ -21,13 +21,19 @@ use anyhow::Context;
 use bus::Instance;
 use carla_gateway::{CarlaPorts, CarlaServer, CarlaServerConfig, CarlaServerError};
 use client_lib::Client;
-use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+use rustix::{
+    event::{PollFd, PollFlags, Timespec, poll},
+    io::Errno,
+    process::{Pid, PidfdFlags, pidfd_open},
+};
 
 /// The name of the role in `omnibus role`.
 pub(crate) const ROLE: &str = "gateway";
 
-/// A server that ran at least this long is restarted without delay.
+/// A server that ran at least this long was stable.
 const STABLE_AFTER: Duration = Duration::from_secs(5);
+/// Deaths in a row of servers that were not stable, from which on the next start is delayed.
+const EARLY_DEATHS_MAX: u32 = 3;
 
 /// The address at which CARLA clients reach the simulator.
 #[derive(Clone, Debug, clap::Args)]
@@ -74,20 +80,12 @@ pub(crate) fn open_ports(args: &CarlaServerArgs) -> Result<Option<CarlaPorts>, C
 /// Runs the process of the CARLA server until its host ends. Its standard input and output are the
 /// open ports.
 pub(crate) fn run_process(args: &CarlaServerArgs, instance: &str) -> anyhow::Result<()> {
-    use_all_descriptors();
     let listener = |fd: BorrowedFd| fd.try_clone_to_owned().map(TcpListener::from);
     let ports =
         CarlaPorts { calls: listener(stdin().as_fd())?, streams: listener(stdout().as_fd())? };
     let server = CarlaServer::new(ports, &args.config())?;
     server.serve(Client::connect(Some(instance), ROLE)?)?;
     Ok(())
-}
-
-/// Allows as many open files as the system lets this process have: each connection is one.
-fn use_all_descriptors() {
-    let limit = getrlimit(Resource::Nofile);
-    // Where it fails, there is room for fewer connections.
-    let _ = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit });
 }
 
 /// Keeps the CARLA server running.
@@ -144,6 +142,7 @@ fn supervise(
     instance: &Instance,
     stop: &AtomicBool,
 ) -> anyhow::Result<()> {
+    let mut early_deaths = 0;
     while !stop.load(Ordering::Acquire) {
         let begun = Instant::now();
         let mut child = spawn(args, ports, instance).context("the CARLA server")?;
@@ -154,17 +153,30 @@ fn supervise(
             if stop.load(Ordering::Acquire) {
                 return stop_child(&mut child);
             }
-            std::thread::park_timeout(Duration::from_millis(100));
+            await_end(&child)?;
         };
         if stop.load(Ordering::Acquire) || status.success() {
             return Ok(());
         }
         log::warn!("the CARLA server died ({status}); it is started again");
-        if begun.elapsed() < STABLE_AFTER {
+        early_deaths = if begun.elapsed() < STABLE_AFTER { early_deaths + 1 } else { 0 };
+        if early_deaths >= EARLY_DEATHS_MAX {
             std::thread::park_timeout(Duration::from_secs(1));
         }
     }
     Ok(())
+}
+
+/// Sleeps until the child ends, for at most 100 ms.
+fn await_end(child: &Child) -> io::Result<()> {
+    let pid = Pid::from_raw(child.id() as i32).ok_or(io::ErrorKind::InvalidInput)?;
+    // The child is not reaped yet, so that the number is still its own.
+    let watched = pidfd_open(pid, PidfdFlags::empty())?;
+    let timeout = Timespec { tv_sec: 0, tv_nsec: 100_000_000 };
+    match poll(&mut [PollFd::new(&watched, PollFlags::IN)], Some(&timeout)) {
+        Ok(_) | Err(Errno::INTR) => Ok(()),
+        Err(e) => Err(e.into()),
+    }
 }
 
 /// Waits for the child, which ends with its host; kills it after a second.
