@@ -31,6 +31,7 @@ mod hold;
 mod hostile;
 mod lamps;
 mod leave;
+mod load;
 mod map;
 mod maps;
 mod modes;

@@ -1,4 +1,4 @@
-//! Worlds are created and destroyed for a long time; memory does not grow.
+//! Worlds are created and destroyed, and one world is ticked, for a long time; memory does not grow.
 
 use bus::Role;
 use client_lib::{
@@ -22,31 +22,35 @@ const SETTLED: usize = 8;
 const SLACK_BYTES: u64 = 2 << 20;
 const SLACK: f64 = 0.03;
 
-/// Resource use at one time, in bytes except for the count.
+/// Resource use at one time, in bytes except for the number of files.
 #[derive(Clone, Copy, Debug)]
 struct Held {
-    resets: usize,
-    ticks: usize,
     /// Of the host, traffic, the renderer, and this client.
     resident: [u64; 4],
     shared: u64,
     files: u64,
 }
 
+/// The columns of the printed samples.
+const HEADING: &str = "resets ticks sim-host traffic sensor-render client /dev/shm (kB) files";
+
 const NAMES: [&str; 6] = ["sim-host", "traffic", "sensor-render", "client", "/dev/shm", "files"];
 
 impl Held {
+    /// Returns what a simulator holds now, and prints it.
     fn of(sim: &Sim, resets: usize, ticks: usize) -> Held {
         let shared = sim.shared_memory();
         let stage = |role| sim.pid(role).unwrap_or_else(|| panic!("no {role:?}"));
         let pids = [sim.host_pid(), stage(Role::Traffic), stage(Role::Render), std::process::id()];
-        Held {
-            resets,
-            ticks,
+        let held = Held {
             resident: pids.map(resident_bytes),
             shared: shared.iter().map(|(_, len)| len).sum(),
             files: shared.len() as u64,
-        }
+        };
+        let [memory @ .., files] = held.values();
+        let memory = memory.map(|bytes| (bytes / 1024).to_string()).join(" ");
+        println!("{resets} {ticks} {memory} {files}");
+        held
     }
 
     fn values(&self) -> [u64; 6] {
@@ -75,14 +79,10 @@ fn many_worlds_and_ticks_need_no_more_memory() {
     let sim = Sim::start(&["--seed", "3"]);
     let mut client = sim.ticker();
     let mut samples = Vec::new();
-    println!("resets ticks {} (kB, but for files)", NAMES.join(" "));
+    println!("{HEADING}");
     for reset in 0..resets {
         if reset % (resets / SAMPLES) == 0 {
-            let held = Held::of(&sim, reset, reset * ticks);
-            let [memory @ .., files] = held.values();
-            let memory = memory.map(|bytes| (bytes / 1024).to_string()).join(" ");
-            println!("{} {} {memory} {files}", held.resets, held.ticks);
-            samples.push(held);
+            samples.push(Held::of(&sim, reset, reset * ticks));
         }
         client.reload_map().unwrap();
         let mut bundle = furnish(&mut client);
@@ -91,6 +91,34 @@ fn many_worlds_and_ticks_need_no_more_memory() {
         }
         assert!(bundle.latest().unwrap().is_some(), "world {reset} was not seen");
     }
+    expect_no_growth(&samples);
+    drop(client);
+    sim.end();
+}
+
+#[test]
+fn many_ticks_of_one_world_need_no_more_memory() {
+    let ticks = if is_soak() { 10_000_000 } else { 20_000 };
+    let sim = Sim::start(&["--seed", "3", "--wait", "latency"]);
+    let mut client = sim.ticker();
+    let bundle = furnish(&mut client);
+    // The world is what is tested, not the tracer.
+    client.destroy_bundle(bundle).unwrap();
+    let mut samples = Vec::new();
+    println!("{HEADING}");
+    for tick in 0..ticks {
+        if tick % (ticks / SAMPLES) == 0 {
+            samples.push(Held::of(&sim, 0, tick));
+        }
+        client.tick().unwrap();
+    }
+    expect_no_growth(&samples);
+    drop(client);
+    sim.end();
+}
+
+/// Asserts that the later samples hold no more than the earlier ones.
+fn expect_no_growth(samples: &[Held]) {
     let (early, late) = samples[SETTLED..].split_at((SAMPLES - SETTLED) / 2);
     for (index, name) in NAMES.into_iter().enumerate() {
         // Other tests run in this process, except in the soak.
@@ -103,6 +131,4 @@ fn many_worlds_and_ticks_need_no_more_memory() {
         let limit = early + ((early as f64 * SLACK) as u64).max(slack);
         assert!(late <= limit, "{name} grows: {early}, later {late}");
     }
-    drop(client);
-    sim.end();
 }
