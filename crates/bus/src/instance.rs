@@ -11,7 +11,11 @@ use std::{
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
 use rustix::fs::{FlockOperation, flock};
 
-use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping, shared_memory::SHM};
+use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping, process, shared_memory::SHM};
+
+/// How often, and after which time, a host looks whether the files of a dead one of its name are gone.
+const REMOVALS_AWAITED: u32 = 20;
+const REMOVAL_PAUSE: Duration = Duration::from_millis(50);
 
 /// How the folder of an instance begins.
 const FOLDER: &str = "omnibus-";
@@ -111,15 +115,38 @@ impl Instance {
         flock(&file, FlockOperation::NonBlockingLockExclusive).is_err()
     }
 
+    /// Takes the lock that a dead host has left; `None` while a process holds it.
+    fn lock_of_dead_host(&self) -> Option<File> {
+        let path = self.root().join("lock");
+        let file = File::open(&path).ok()?;
+        flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
+        // Another process may have removed the file, and a new host created its own.
+        let (own, current) = (file.metadata().ok()?, fs::metadata(&path).ok()?);
+        (own.ino() == current.ino()).then_some(file)
+    }
+
+    /// Whether the process that the control page names as the host is alive.
+    fn has_host(&self) -> bool {
+        self.control().is_ok_and(|control| {
+            let (pid, started) = control.host_process();
+            process::start_time(pid) == Some(started)
+        })
+    }
+
     /// Removes the files of dead hosts; returns their names.
     pub fn sweep() -> Vec<String> {
         let mut swept = Vec::new();
         for instance in Instance::all() {
             let age = fs::metadata(instance.root()).and_then(|m| m.modified()).ok();
-            // A folder without a lock may belong to a host that is starting.
-            let is_starting = !instance.root().join("lock").exists()
+            // A folder without a valid control page may belong to a host that is starting.
+            let is_starting = instance.control().is_err()
                 && age.is_some_and(|t| t.elapsed().is_ok_and(|e| e < Duration::from_secs(5)));
-            if !is_starting && !instance.is_running() {
+            if is_starting || instance.is_running() {
+                continue;
+            }
+            // The lock is held until everything is removed: a new host of this name waits for that.
+            let lock = instance.lock_of_dead_host();
+            if lock.is_some() || !instance.root().join("lock").exists() {
                 instance.remove();
                 swept.push(instance.id);
             }
@@ -238,7 +265,20 @@ impl Instance {
         let instance = Instance::named(id.unwrap_or(&own))?;
         let root = instance.root();
         // Other users cannot enter it: they may not even watch.
-        DirBuilder::new().mode(0o700).create(&root).map_err(|e| match e.kind() {
+        let create = || DirBuilder::new().mode(0o700).create(&root);
+        let mut created = create();
+        for _ in 0..REMOVALS_AWAITED {
+            // Another process may be about to remove what a dead host of this name has left.
+            if !matches!(&created, Err(e) if e.kind() == std::io::ErrorKind::AlreadyExists)
+                || instance.has_host()
+            {
+                break;
+            }
+            std::thread::sleep(REMOVAL_PAUSE);
+            Instance::sweep();
+            created = create();
+        }
+        created.map_err(|e| match e.kind() {
             std::io::ErrorKind::AlreadyExists => error(format!(
                 "a simulator named {:?} already runs; stop it or choose another name",
                 instance.id
