@@ -14,6 +14,9 @@ use crate::{
     xml::Cursor,
 };
 
+/// A geometry shorter than this has no length, metres.
+const SHORTEST_M: f64 = 1e-9;
+
 /// Longer roads are errors in the file, metres: the work that a map needs grows with their length.
 const LONGEST_M: f64 = 1e5;
 
@@ -175,6 +178,8 @@ fn geometry(xml: &mut Cursor) -> Result<Curve, MapError> {
             "a <geometry> is {length_m} m long; lengths from 0 to {LONGEST_M} are allowed"
         )));
     }
+    // The rates of a curve are divided by its length.
+    let length_m = if length_m < SHORTEST_M { 0.0 } else { length_m };
     let mut shape = None;
     let here = xml.depth();
     while let Some(name) = xml.child(here)? {
