@@ -129,6 +129,7 @@ impl Physics {
         let bytes = body;
         let (world, bytes) = postcard::take_from_bytes::<PhysicsWorld>(bytes).map_err(damaged)?;
         let rest: SavedActors = postcard::from_bytes(bytes).map_err(damaged)?;
+        rest.models.iter().try_for_each(check_model)?;
         let models: Vec<_> =
             rest.models.into_iter().map(|m| Arc::new(Prepared::new(Arc::new(m)))).collect();
         let mut actors = Vec::with_capacity(rest.actors.len());
@@ -180,6 +181,18 @@ impl Physics {
     }
 }
 
+/// Checks that the partner of each wheel is a wheel.
+fn check_model(model: &VehicleModel) -> Result<(), PhysicsError> {
+    let count = model.wheels.len();
+    let mut partners = model.wheels.iter().filter_map(|wheel| wheel.partner);
+    match partners.find(|partner| usize::from(*partner) >= count) {
+        None => Ok(()),
+        Some(partner) => Err(PhysicsError::Damaged(format!(
+            "a wheel's partner is wheel {partner} of {count} wheels"
+        ))),
+    }
+}
+
 /// Checks that an actor has a body and a collider, and that what moves it is finite.
 fn check_body(world: &PhysicsWorld, saved: &SavedActor) -> Result<(), PhysicsError> {
     let damaged = |what: &str| PhysicsError::Damaged(format!("actor {} has {what}", saved.id));
@@ -195,4 +208,18 @@ fn check_body(world: &PhysicsWorld, saved: &SavedActor) -> Result<(), PhysicsErr
         return Ok(());
     }
     Err(damaged("a body whose pose or motion is not finite"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wheel_s_partner_has_to_be_a_wheel() {
+        let mut model = VehicleModel::sedan();
+        assert!(check_model(&model).is_ok());
+        model.wheels[1].partner = Some(9);
+        let told = check_model(&model).unwrap_err().to_string();
+        assert!(told.contains("partner is wheel 9 of 4 wheels"), "{told}");
+    }
 }
