@@ -20,6 +20,7 @@ mod barrier;
 mod bundles;
 mod decision;
 mod error;
+mod flow;
 mod host;
 mod journal;
 mod keyframes;

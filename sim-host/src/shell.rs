@@ -19,6 +19,7 @@ use crate::{
     barrier::{Barrier, Verdict},
     bundles::Bundles,
     decision::Decided,
+    flow::FlowControl,
     journal::{Inbox, JournalWriter},
     keyframes::Keyframes,
     maps::Maps,
@@ -39,8 +40,6 @@ mod replays;
 mod slots;
 mod stalls;
 mod states;
-
-pub(crate) use flow::FlowControl;
 
 /// The configuration of a host.
 pub struct HostConfig {

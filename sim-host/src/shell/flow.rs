@@ -13,20 +13,8 @@ const IDLE_FRAME_ENTRIES: usize = 1 << 18;
 const BACKLOG_PARTS: usize = 4096;
 /// Parts of outcomes that one pass of commands may need.
 const PASS_PARTS: u64 = 64;
-/// How long commands wait for a client that waits for outcomes and does not read them.
-const PATIENCE_NANOS: u64 = 500_000_000;
 /// Time between two checks whether there is room again.
 const CHECK_NANOS: u64 = 1_000_000;
-
-/// What is known of the clients that read outcomes: how far each has read, and since when.
-#[derive(Debug)]
-pub(crate) struct FlowControl([(u64, u64); SLOTS]);
-
-impl Default for FlowControl {
-    fn default() -> FlowControl {
-        FlowControl([(Slot::READS_NOTHING, 0); SLOTS])
-    }
-}
 
 impl Shell {
     /// Whether commands of clients may be applied now: the journal of the coming frame is not too
@@ -52,11 +40,7 @@ impl Shell {
                 continue;
             }
             now = if now == 0 { clock::now_nanos() } else { now };
-            let seen = &mut self.flow.0[slot];
-            if seen.0 != read {
-                *seen = (read, now);
-            }
-            if now - seen.1 < PATIENCE_NANOS {
+            if self.flow.is_awaited(slot, read, now) {
                 return false;
             }
         }
