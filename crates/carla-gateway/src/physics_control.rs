@@ -56,6 +56,36 @@ pub(crate) struct PhysicsControl {
     has_sweep: bool,
 }
 
+/// CARLA's names of the numbers of the engine.
+const ENGINE_FIELDS: [&str; 5] = [
+    "max_rpm",
+    "moi",
+    "damping_rate_full_throttle",
+    "damping_rate_zero_throttle_clutch_engaged",
+    "damping_rate_zero_throttle_clutch_disengaged",
+];
+/// CARLA's names of the numbers of a wheel.
+const WHEEL_FIELDS: [&str; 9] = [
+    "tire_friction",
+    "damping_rate",
+    "max_steer_angle",
+    "radius",
+    "max_brake_torque",
+    "max_handbrake_torque",
+    "lat_stiff_max_load",
+    "lat_stiff_value",
+    "long_stiff_value",
+];
+
+/// Reads one finite number for each name; the error names the one that is not.
+fn numbers<const N: usize>(from: &mut Args, names: [&str; N]) -> Result<[f32; N], RpcError> {
+    let mut numbers = [0.0; N];
+    for (number, name) in numbers.iter_mut().zip(names) {
+        *number = from.f32().map_err(|why| RpcError(format!("{name}: {}", why.0)))?;
+    }
+    Ok(numbers)
+}
+
 fn scaled(value: f32, factor: f64) -> f32 {
     (f64::from(value) * factor) as f32
 }
@@ -74,26 +104,23 @@ impl PhysicsControl {
     pub(crate) fn read(args: &mut Args) -> Result<PhysicsControl, RpcError> {
         let mut f = args.list()?;
         let torque_curve = pairs(&mut f)?;
-        let engine = [f.f32()?, f.f32()?, f.f32()?, f.f32()?, f.f32()?];
+        let engine = numbers(&mut f, ENGINE_FIELDS)?;
         let is_automatic = f.bool()?;
-        let gearbox = [f.f32()?, f.f32()?, f.f32()?];
+        let gearbox = numbers(&mut f, ["gear_switch_time", "clutch_strength", "final_ratio"])?;
         let mut list = f.list()?;
         let mut forward_gears = Vec::new();
         while list.len() > 0 {
             let mut gear = list.list()?;
-            forward_gears.push(Gear { ratio: gear.f32()?, down: gear.f32()?, up: gear.f32()? });
+            let [ratio, down, up] = numbers(&mut gear, ["ratio", "down_ratio", "up_ratio"])?;
+            forward_gears.push(Gear { ratio, down, up });
         }
-        let body = [f.f32()?, f.f32()?];
+        let body = numbers(&mut f, ["mass", "drag_coefficient"])?;
         let center_of_mass = f.vector()?;
         let steering_curve = pairs(&mut f)?;
         let mut list = f.list()?;
         let mut wheels = Vec::new();
         while list.len() > 0 {
-            let (mut wheel, mut numbers) = (list.list()?, [0.0; 9]);
-            for number in &mut numbers {
-                *number = wheel.f32()?;
-            }
-            wheels.push(numbers);
+            wheels.push(numbers(&mut list.list()?, WHEEL_FIELDS)?);
         }
         Ok(PhysicsControl {
             torque_curve,

@@ -182,6 +182,5 @@ mod tests {
         assert!(why.reason.contains("16384 shapes are drawn, SHAPES_MAX is 16384"), "{why}");
         shapes.end_frame(at(2));
         assert!(shapes.admit(&lasting(100), at(2)).is_ok());
-        assert!(shapes.admit(&Shape { size_m: f32::NAN, ..lasting(1) }, at(2)).is_err());
     }
 }

@@ -30,8 +30,13 @@ impl CarryOut for Sim {
 
 /// A town of one floor without objects.
 fn plain() -> Sim {
+    plain_of(1000.0)
+}
+
+/// A world whose ground is a flat square with this edge.
+fn plain_of(edge_m: f32) -> Sim {
     let mut town = town::Town::default();
-    let corner = |x: f32, y: f32| [x * 500.0, y * 500.0, 0.0];
+    let corner = |x: f32, y: f32| [x * 0.5 * edge_m, y * 0.5 * edge_m, 0.0];
     let face = mesh::Face::new(mesh::Tag::Roads, mesh::Material::Asphalt, 0);
     town.mesh
         .quad([corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)], face);

@@ -12,7 +12,7 @@ use protocol::{
     param, shape,
 };
 
-use super::{CarryOut, plain, run, spawned};
+use super::{CarryOut, plain, plain_of, run, spawned};
 use crate::{SavedState, Sim};
 
 const HOSTILE: &[f32] = &[
@@ -37,7 +37,7 @@ const PROP: ActorId = ActorId(3);
 
 /// A car, a walker and a prop, and a walker that has fallen.
 fn crowd() -> Sim {
-    let mut sim = plain();
+    let mut sim = plain_of(100.0);
     let names = [
         "vehicle.tesla.model3",
         "walker.pedestrian.0001",
@@ -181,10 +181,10 @@ fn every_number_of_every_command_is_refused_or_leaves_the_world_finite() {
         .collect();
     assert_eq!(covered, kinds(), "a sample of every kind of command");
     let (mut faults, mut refusals, mut accepted) = (BTreeSet::new(), 0, 0);
-    let mut sim = crowd();
     for sample in &samples {
         let raw = RawCommand::from(*sample);
         for word in 2..52 {
+            let mut sim = crowd();
             for value in HOSTILE {
                 let command = with_word(&raw, word, value.to_bits());
                 let is_read = |decoded: Command| RawCommand::from(decoded) == command;
@@ -199,8 +199,8 @@ fn every_number_of_every_command_is_refused_or_leaves_the_world_finite() {
                 run(&mut sim, 3);
                 if let Some(fault) = fault(&sim) {
                     faults.insert(format!("{sample:?}\n  word {word} {value:e}:\n  {fault}"));
+                    sim = crowd();
                 }
-                sim = crowd();
             }
         }
     }
