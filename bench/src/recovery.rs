@@ -26,6 +26,10 @@ const KILLS: usize = 200;
 const CARS: usize = 50;
 /// Ticks between two kills: a stage that dies again and again in one frame is not started again.
 const TICKS_BETWEEN: usize = 5;
+/// Kills of a stage for each kill of the CARLA server.
+const STAGE_KILLS: usize = 4;
+/// A server that lives shorter than a second is started again with a delay.
+const SERVER_LIFE: Duration = Duration::from_millis(1100);
 
 /// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
@@ -65,6 +69,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
             nanos,
         )?;
     }
+    let kills = (kills / STAGE_KILLS).max(2);
     let nanos = (0..kills).map(|_| gateway(&client, port)).collect::<anyhow::Result<Vec<_>>>()?;
     put("recovery.gateway", "the CARLA server, to its answer to a new connection", nanos)
 }
@@ -98,6 +103,7 @@ fn kill(pid: u32) -> anyhow::Result<()> {
 /// Kills the CARLA server, and returns the time until its successor answers.
 fn gateway(client: &Client, port: u16) -> anyhow::Result<u64> {
     answer(port).context("the CARLA server")?;
+    std::thread::sleep(SERVER_LIFE);
     let control = client.instance().control()?;
     // A successor that joins before the death is noticed has a number behind the name.
     let is_it = |name: client_lib::wire::Name| format!("{name}").starts_with("gateway");

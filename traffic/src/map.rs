@@ -23,8 +23,12 @@ impl Map {
     pub(crate) fn new(network: &Network) -> Map {
         let tracks = Tracks::new(network);
         let beside = Beside::new(network, &tracks);
-        let grid = Grid::new(&tracks);
-        let conflicts = Conflicts::new(&tracks);
+        // Either takes about a third of a start.
+        let (grid, conflicts) = std::thread::scope(|scope| {
+            let grid = scope.spawn(|| Grid::new(&tracks));
+            let conflicts = Conflicts::new(&tracks);
+            (grid.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)), conflicts)
+        });
         let approaches = Approaches::new(network, &tracks, &conflicts);
         let signals = SignalPlan::new(network, &tracks, &conflicts, &approaches);
         Map {

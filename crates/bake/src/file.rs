@@ -8,9 +8,12 @@ use std::{
 
 use bytemuck::{Pod, Zeroable};
 
-use crate::{checksum::Checksum, mapped::Mapped};
+use crate::{
+    checksum::Checksum,
+    memory::{Mapped, part_sum, read_values},
+};
 
-const MAGIC: [u8; 8] = *b"omnibake";
+const MAGIC: [u8; 8] = *b"omnibak2";
 
 /// The most parts that a file may have.
 const PARTS_MAX: u64 = 16;
@@ -68,29 +71,32 @@ impl Parts {
     /// Copies the next part as values of `T`; `None` if there is none, its length does not fit, or
     /// its checksum does not match.
     pub fn take<T: Pod>(&mut self) -> Option<Vec<T>> {
-        let row = *self.rows.get(self.next)?;
-        self.next += 1;
+        let (from, row) = self.skip()?;
         let length = usize::try_from(row.length).ok()?;
         if length % size_of::<T>() != 0 {
             return None;
         }
-        let mut values = bytemuck::zeroed_vec::<T>(length / size_of::<T>());
-        let bytes: &mut [u8] = bytemuck::cast_slice_mut(&mut values);
-        self.file.read_exact(bytes).ok()?;
-        (Checksum::of(bytes) == row.sum).then_some(values)
+        let (values, sum) = read_values(&self.file, from, length / size_of::<T>())?;
+        (sum == row.sum).then_some(values)
     }
 
     /// Maps the next part into memory. The caller must verify its checksum before it trusts the
     /// bytes.
     pub(crate) fn map(&mut self) -> Option<(Mapped, ExpectedSum)> {
+        let (from, row) = self.skip()?;
+        let mapped = Mapped::new(&self.file, from, row.length)?;
+        Some((mapped, ExpectedSum(row.sum)))
+    }
+
+    /// Returns where the next part begins, and its row, and goes on to the part after it.
+    fn skip(&mut self) -> Option<(u64, Row)> {
         let before = &self.rows[..self.next];
         let from = size_of::<Header>() as u64
             + size_of_val(&*self.rows) as u64
             + before.iter().map(|row| row.length).sum::<u64>();
         let row = *self.rows.get(self.next)?;
         self.next += 1;
-        let mapped = Mapped::new(&self.file, from, row.length)?;
-        Some((mapped, ExpectedSum(row.sum)))
+        Some((from, row))
     }
 
     /// Reads the remaining parts and returns whether all of their checksums match.
@@ -106,13 +112,13 @@ pub(crate) struct ExpectedSum([u64; 2]);
 impl ExpectedSum {
     /// Whether `bytes` have this checksum.
     pub(crate) fn matches(self, bytes: &[u8]) -> bool {
-        Checksum::of(bytes) == self.0
+        part_sum(bytes) == self.0
     }
 }
 
 /// Writes a whole file.
 pub(crate) fn write(path: &Path, key: [u64; 2], parts: &[&[u8]]) -> io::Result<()> {
-    let row = |part: &&[u8]| Row { length: part.len() as u64, sum: Checksum::of(part) };
+    let row = |part: &&[u8]| Row { length: part.len() as u64, sum: part_sum(part) };
     let rows: Vec<Row> = parts.iter().map(row).collect();
     let sum = Checksum::of(bytemuck::cast_slice(&rows));
     let header = Header { magic: MAGIC, key, parts: rows.len() as u64, sum };

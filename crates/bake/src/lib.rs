@@ -11,8 +11,8 @@
 mod cache;
 mod checksum;
 mod file;
-mod mapped;
 mod maps;
+mod memory;
 mod town_bytes;
 
 #[cfg(test)]

@@ -73,6 +73,30 @@ fn a_kept_thing_is_found_under_its_own_key_only() {
 }
 
 #[test]
+fn every_block_of_a_long_part_is_read_and_checked() {
+    let folder = Folder::new("blocks");
+    let cache = Cache::in_folder(&folder.0);
+    // Two and a half blocks, and a value that no large page ends with.
+    let words: Vec<u64> = (0..(10 << 20) / 8 + 3).collect();
+    cache.keep(key(1), &[b"head", bytemuck::cast_slice(&words), b"tail"]);
+    let read = || -> Option<(Vec<u8>, Vec<u64>, Vec<u8>)> {
+        let mut parts = cache.find(key(1))?;
+        Some((parts.take()?, parts.take()?, parts.take()?))
+    };
+    assert!(read() == Some((b"head".to_vec(), words.clone(), b"tail".to_vec())));
+    let file = folder.only_file();
+    let bytes = fs::read(&file).expect("the file");
+    for at in [bytes.len() - 5, bytes.len() - (2 << 20), bytes.len() / 2, bytes.len() / 10] {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 4;
+        fs::write(&file, damaged).expect("write");
+        assert!(read().is_none(), "byte {at}");
+    }
+    fs::write(&file, &bytes).expect("write");
+    assert!(read().is_some());
+}
+
+#[test]
 fn the_key_covers_the_sources_of_every_crate_that_decides_the_bytes() {
     let crates: Vec<&str> = env!("OMNIBUS_SOURCE_CRATES").split(' ').collect();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");

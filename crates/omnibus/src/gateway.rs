@@ -31,7 +31,7 @@ use rustix::{
 pub(crate) const ROLE: &str = "gateway";
 
 /// A server that ran at least this long was stable.
-const STABLE_AFTER: Duration = Duration::from_secs(5);
+const STABLE_AFTER: Duration = Duration::from_secs(1);
 /// Deaths in a row of servers that were not stable, from which on the next start is delayed.
 const EARLY_DEATHS_MAX: u32 = 3;
 
