@@ -353,3 +353,56 @@ impl Drop for OwnedInstance {
         self.instance.remove();
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicUsize, Ordering};
+
+    use super::*;
+    use crate::Strategy;
+
+    /// Leaves the files of a host that was killed.
+    fn kill(host: OwnedInstance) {
+        host.control().unwrap().initialise(0, 1, Strategy::BATCH);
+        flock(&host._lock, FlockOperation::Unlock).unwrap();
+        std::mem::forget(host);
+    }
+
+    #[test]
+    fn what_removes_the_files_of_a_dead_host_never_removes_those_of_its_successor() {
+        const HOSTS: usize = 100;
+        let name = format!("s{}", std::process::id());
+        let (hosts, swept) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let succeed = || {
+            while hosts.load(Ordering::Relaxed) < HOSTS {
+                // Without success, another thread has been the host for a second.
+                let Ok(host) = Instance::create(Some(&name)) else { continue };
+                let lock = host.instance.root().join("lock");
+                for _ in 0..20 {
+                    let own = host._lock.metadata().unwrap().ino();
+                    let current = fs::metadata(&lock).map(|file| file.ino());
+                    assert_eq!(current.ok(), Some(own), "the files of a live host are removed");
+                    std::thread::sleep(Duration::from_micros(100));
+                }
+                hosts.fetch_add(1, Ordering::Relaxed);
+                kill(host);
+            }
+        };
+        let sweep = || {
+            while hosts.load(Ordering::Relaxed) < HOSTS {
+                swept.fetch_add(usize::from(Instance::sweep().contains(&name)), Ordering::Relaxed);
+            }
+        };
+        std::thread::scope(|scope| {
+            let threads = [scope.spawn(succeed), scope.spawn(succeed), scope.spawn(succeed)];
+            scope.spawn(sweep);
+            scope.spawn(sweep);
+            let results = threads.map(|thread| thread.join());
+            // The other threads end with the first that fails.
+            hosts.store(HOSTS, Ordering::Relaxed);
+            results.into_iter().for_each(|result| result.unwrap());
+        });
+        Instance::sweep();
+        assert!(swept.into_inner() > 0);
+    }
+}
