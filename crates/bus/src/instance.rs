@@ -9,13 +9,19 @@ use std::{
 };
 
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
-use rustix::fs::{FlockOperation, flock};
+use rustix::{
+    fs::{FlockOperation, flock},
+    io::retry_on_intr,
+};
 
 use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping, process, shared_memory::SHM};
 
 /// How often, and after which time, a host looks whether the files of a dead one of its name are gone.
 const REMOVALS_AWAITED: u32 = 20;
 const REMOVAL_PAUSE: Duration = Duration::from_millis(50);
+
+/// A folder without a control page that changed so recently may belong to a host that is starting.
+const STARTING: Duration = Duration::from_secs(5);
 
 /// How the folder of an instance begins.
 const FOLDER: &str = "omnibus-";
@@ -115,14 +121,26 @@ impl Instance {
         flock(&file, FlockOperation::NonBlockingLockExclusive).is_err()
     }
 
-    /// Takes the lock that a dead host has left; `None` while a process holds it.
+    /// Takes the lock that a dead host has left; `None` while a process holds it, and for a folder
+    /// without one that may belong to a host that is starting.
     fn lock_of_dead_host(&self) -> Option<File> {
         let path = self.root().join("lock");
-        let file = File::open(&path).ok()?;
+        let is_new = !path.exists();
+        if is_new && self.is_young() {
+            return None;
+        }
+        let open = OpenOptions::new().read(true).write(true).create(is_new).open(&path);
+        let file = open.ok()?;
         flock(&file, FlockOperation::NonBlockingLockExclusive).ok()?;
         // Another process may have removed the file, and a new host created its own.
         let (own, current) = (file.metadata().ok()?, fs::metadata(&path).ok()?);
         (own.ino() == current.ino()).then_some(file)
+    }
+
+    /// Whether the folder changed a short time ago.
+    fn is_young(&self) -> bool {
+        let changed = fs::metadata(self.root()).and_then(|folder| folder.modified());
+        changed.is_ok_and(|time| time.elapsed().map_or(true, |age| age < STARTING))
     }
 
     /// Whether the process that the control page names as the host is alive.
@@ -137,16 +155,10 @@ impl Instance {
     pub fn sweep() -> Vec<String> {
         let mut swept = Vec::new();
         for instance in Instance::all() {
-            let age = fs::metadata(instance.root()).and_then(|m| m.modified()).ok();
-            // A folder without a valid control page may belong to a host that is starting.
-            let is_starting = instance.control().is_err()
-                && age.is_some_and(|t| t.elapsed().is_ok_and(|e| e < Duration::from_secs(5)));
-            if is_starting || instance.is_running() {
-                continue;
-            }
-            // The lock is held until everything is removed: a new host of this name waits for that.
-            let lock = instance.lock_of_dead_host();
-            if lock.is_some() || !instance.root().join("lock").exists() {
+            // Held until everything is removed: a new host of this name waits for it.
+            let Some(_lock) = instance.lock_of_dead_host() else { continue };
+            // A host creates the control page under the lock. Until then its folder is only young.
+            if instance.control().is_ok() || !instance.is_young() {
                 instance.remove();
                 swept.push(instance.id);
             }
@@ -295,7 +307,8 @@ impl Instance {
 
 impl OwnedInstance {
     fn furnish(&self) -> std::io::Result<()> {
-        flock(&self._lock, FlockOperation::NonBlockingLockExclusive)?;
+        // A process that looks whether this host lives, or sweeps, holds it for a moment.
+        retry_on_intr(|| flock(&self._lock, FlockOperation::LockExclusive))?;
         let root = self.instance.root();
         OpenOptions::new()
             .create_new(true)

@@ -4,11 +4,13 @@ use bus::{Role, SLOTS, Slot, SlotState, clock};
 
 use super::{IDLE_NANOS, Shell};
 
-/// Entries of the journal of a frame in progress, or of one that comes by itself, from which on
-/// commands wait for the next frame.
-const BUSY_FRAME_ENTRIES: usize = 8192;
+/// Entries of the journal of a frame in progress from which on commands wait for the next frame:
+/// the stages read them while the client waits for the frame.
+const TICK_ENTRIES: usize = 2048;
+/// The same of a frame that comes by itself.
+const ASYNCHRONOUS_ENTRIES: usize = 8192;
 /// The same of a frame that a client has to request, which may take any time.
-const IDLE_FRAME_ENTRIES: usize = 1 << 18;
+const IDLE_ENTRIES: usize = 1 << 18;
 /// Parts of the journal that stages have not been sent, from which on commands wait.
 const BACKLOG_PARTS: usize = 4096;
 /// Parts of outcomes that one pass of commands may need.
@@ -21,8 +23,11 @@ impl Shell {
     /// long, stages keep up with it, and no client loses outcomes that it waits for. A client that
     /// has read nothing for a time is not waited for.
     pub(crate) fn has_room_for_commands(&mut self) -> bool {
-        let is_busy = self.is_ticking || self.settings.synchronous == 0;
-        let entries_max = if is_busy { BUSY_FRAME_ENTRIES } else { IDLE_FRAME_ENTRIES };
+        let entries_max = match (self.settings.synchronous != 0, self.is_ticking) {
+            (false, _) => ASYNCHRONOUS_ENTRIES,
+            (true, true) => TICK_ENTRIES,
+            (true, false) => IDLE_ENTRIES,
+        };
         if self.journal.len() >= entries_max || self.journal.backlog() >= BACKLOG_PARTS {
             return false;
         }
