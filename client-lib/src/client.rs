@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bus::{Instance, Strategy, Watch};
+use bus::{Instance, StageClock, Strategy, Watch};
 use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
@@ -225,6 +225,12 @@ impl Client {
         bundle: &mut SensorBundle,
     ) -> Result<Measurement, ClientError> {
         self.observer.await_measurement(bundle)
+    }
+
+    /// See [`Observer::stage_clock`].
+    #[must_use]
+    pub fn stage_clock(&self, frame: Frame) -> StageClock {
+        self.observer.stage_clock(frame)
     }
 
     /// See [`Observer::watch`].

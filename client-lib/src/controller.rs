@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use bus::{Role, Writer, fault};
+use bus::{Role, SlotInstant, Writer, fault};
 use protocol::{BatchHeader, Frame, Name, RawCommand};
 
 use crate::{
@@ -58,6 +58,7 @@ impl Controller {
         let rooms = loan.payload_mut().iter_mut();
         rooms.zip(controls).for_each(|(room, control)| *room = (*control).into());
         let header = self.connection.batch(controls.len(), false);
+        self.connection.participant.mark(SlotInstant::ControlSent, header.stamp.frame);
         Ok(loan.send(header)?)
     }
 

@@ -79,7 +79,8 @@ pub use bake::MapError;
 pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms};
 pub use bundles::bundle_commands;
 pub use bus::{
-    BusError, Instance, Interrupted, SequenceEvent, Spin, Strategy, Watch, clock, prefer_latency,
+    BusError, Instance, Interrupted, SequenceEvent, Spin, StageClock, Strategy, Watch, clock,
+    prefer_latency,
 };
 pub use client::{Client, ConnectOptions};
 pub use command::Command;

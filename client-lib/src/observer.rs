@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use bus::{Instance, SnapshotReader, Watch};
+use bus::{Instance, SlotInstant, SnapshotReader, StageClock, Watch};
 use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
@@ -114,6 +114,9 @@ impl Observer {
             }
         }
         self.connection.set_frame(self.frame);
+        if is_newer {
+            self.connection.participant.mark(SlotInstant::Read, self.frame);
+        }
         Ok(is_newer)
     }
 
@@ -147,6 +150,15 @@ impl Observer {
     #[must_use]
     pub fn frame(&self) -> Frame {
         self.frame
+    }
+
+    /// Returns when the parts of a frame began and ended, with this client's own instants: for one
+    /// of the last 64 frames. A part that is not over yet, did not take place or is too long ago
+    /// gives `None`.
+    #[must_use]
+    pub fn stage_clock(&self, frame: Frame) -> StageClock {
+        let participant = &self.connection.participant;
+        participant.control().stage_clock(frame, Some(participant.slot()))
     }
 
     /// Waits for `bundle`'s next measurement: for pipelined and asynchronous worlds.

@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Weak};
 
-use bus::Reader;
+use bus::{Reader, SlotInstant};
 use protocol::{BundleHeader, BundleId, Command, Frame, Page, RawCommand, SensorSpec};
 
 use crate::{ClientError, Measurement, connection::Connection};
@@ -74,6 +74,9 @@ impl SensorBundle {
                     self.missed += frame.0 - self.last.0 - 1;
                 }
                 self.last = frame;
+                if let Some(owner) = self.owner.upgrade() {
+                    owner.participant.mark(SlotInstant::Read, frame);
+                }
                 let sensors = Arc::clone(&self.sensors);
                 return Ok(Some(Measurement::new(bundle, sensors)));
             }

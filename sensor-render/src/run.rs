@@ -3,7 +3,9 @@
 use std::{path::PathBuf, sync::Arc};
 
 use bake::Cache;
-use bus::{BusError, Event, Instance, Participant, RenderPorts, Role, Snapshot, clock, fault};
+use bus::{
+    BusError, Event, Instance, Participant, RenderPorts, Role, SlotInstant, Snapshot, clock, fault,
+};
 use protocol::{
     ActorState, BundleHeader, BundleId, BundleReceipt, Command, CommandGroup, Episode, Frame,
     HiddenObjects, JournalEntry, Name, SensorSpec, SnapshotHeader, StandingState, WorldCommand,
@@ -179,7 +181,7 @@ impl Renderer {
     fn measure(&mut self, snapshot: &Snapshot) -> Result<(), RenderError> {
         let header = snapshot.header();
         let frame = header.stamp.frame;
-        self.participant.begin();
+        self.participant.begin(frame);
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Render, frame);
         self.apply_journal(header)?;
@@ -247,6 +249,7 @@ impl Renderer {
             .collect();
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
         drop(jobs);
+        self.participant.mark(SlotInstant::Worked, header.stamp.frame);
         fault::point(Role::Render, "loan_held", header.stamp.frame, self.first);
         for (bundle, loan) in due.iter().zip(loans) {
             loan.send(self.bundle_header(header, bundle, begin_nanos))?;

@@ -21,6 +21,8 @@ pub(crate) struct Batch {
 pub(crate) struct Inbox {
     batches: Vec<Batch>,
     controls: Vec<(BatchHeader, Vec<VehicleControl>)>,
+    /// The newest frame that the writer of each batch of controls had seen, of those taken last.
+    control_frames: Vec<Frame>,
 }
 
 /// Batches of commands that one pass applies, over all clients; more take turns, so that a tick never
@@ -51,6 +53,16 @@ impl Inbox {
             self.controls.push((*batch.header(), batch.payload().to_vec()));
         }
         Ok(self.has_urgent())
+    }
+
+    /// The frames on which the controls were sent that a frame took last.
+    pub(crate) fn control_frames(&self) -> &[Frame] {
+        &self.control_frames
+    }
+
+    /// Returns the number of batches of commands that wait.
+    pub(crate) fn len(&self) -> usize {
+        self.batches.len()
     }
 
     /// Whether commands wait that are to be applied now.
@@ -96,7 +108,9 @@ impl Inbox {
         for batch in batches {
             push(&mut requests, &batch.header, &batch.commands);
         }
+        self.control_frames.clear();
         for (header, controls) in self.controls.drain(..) {
+            self.control_frames.push(header.stamp.frame);
             for (index, control) in controls.into_iter().enumerate() {
                 requests.push(Request {
                     client: header.client,
@@ -313,7 +327,7 @@ mod tests {
             };
             Batch { header, commands: vec![Command::Destroy(ActorId(1)).into()] }
         };
-        Inbox { batches: batches.iter().map(batch).collect(), controls: Vec::new() }
+        Inbox { batches: batches.iter().map(batch).collect(), ..Inbox::default() }
     }
 
     fn names(requests: &[Request]) -> Vec<String> {

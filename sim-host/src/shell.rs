@@ -7,7 +7,10 @@ use std::{
 };
 
 use bake::Cache;
-use bus::{ControlPageMapping, Ending, HostPorts, OwnedInstance, Role, Strategy, clock};
+use bus::{
+    ControlPageMapping, Ending, HostInstant, HostPorts, OwnedInstance, Queues, Role, Strategy,
+    clock,
+};
 use protocol::{
     ActorId, BundleId, BundleReceipt, Command, CreateBundle, Episode, Frame, JournalEntry, Name,
     Outcome, QueryHeader, Refusal, SensorSpec, ServiceCommand, Settings, SnapshotHeader, Stamp,
@@ -340,9 +343,38 @@ impl Shell {
             self.prefers_latency = !self.prefers_latency;
             bus::prefer_latency(self.prefers_latency);
         }
+        self.mark_published(stamp.frame);
         self.control.set_awaited(stamp.frame, self.barrier.mask());
         self.control.tick.raise(stamp.frame.0);
         Ok(())
+    }
+
+    /// Stores the stage clock of a frame that is about to be seen, and how much waits.
+    fn mark_published(&self, frame: Frame) {
+        let TickTimes { begin_nanos, applied_nanos, stepped_nanos } = self.tick;
+        for (instant, nanos) in [
+            (HostInstant::Begun, begin_nanos),
+            (HostInstant::PhysicsBegun, applied_nanos),
+            (HostInstant::PhysicsEnded, stepped_nanos),
+            (HostInstant::Published, clock::now_nanos()),
+        ] {
+            self.control.mark_host(instant, frame, nanos);
+        }
+        for seen in self.inbox.control_frames() {
+            self.control.mark_host(HostInstant::ControlApplied, *seen, applied_nanos);
+        }
+        let recorded = self.recording.as_ref().map_or(0, |recording| recording.recorder.queued());
+        self.control.set_queues(Queues {
+            commands: self.inbox.len() as u64,
+            journal_parts: self.journal.backlog() as u64,
+            recorded_frames: recorded as u64,
+        });
+    }
+
+    /// Completes a frame.
+    pub(crate) fn close(&self, frame: Frame, verdict: &Verdict) {
+        self.control.mark_host(HostInstant::Closed, frame, clock::now_nanos());
+        self.control.close(frame, ending(verdict));
     }
 
     /// Sends clients the outcomes that they do not have.
@@ -545,7 +577,7 @@ impl Shell {
 }
 
 /// Returns the verdict of a frame in the form of the control page.
-pub(crate) fn ending(verdict: &Verdict) -> Ending {
+fn ending(verdict: &Verdict) -> Ending {
     match *verdict {
         Verdict::Late(mask) => Ending::Late(mask),
         Verdict::Degraded(mask) => Ending::Degraded(mask),

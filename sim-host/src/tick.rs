@@ -12,7 +12,7 @@
 use bus::clock;
 use protocol::Frame;
 
-use crate::{HostError, host::Host, shell::ending};
+use crate::{HostError, host::Host};
 
 impl Host {
     /// Advances the world by one tick. This function is the whole tick.
@@ -23,7 +23,7 @@ impl Host {
         let outputs = self.step(&requests)?;
         self.shell.publish(&self.sim, &outputs)?;
         let verdict = self.await_arrivals(frame)?;
-        self.shell.control.close(frame, ending(&verdict));
+        self.shell.close(frame, &verdict);
         Ok(frame)
     }
 }

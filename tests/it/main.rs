@@ -38,6 +38,7 @@ mod modes;
 mod oracles;
 mod parity;
 mod physics_sensors;
+mod profile;
 mod record;
 mod refuse;
 mod same;

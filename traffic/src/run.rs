@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use bus::{BusError, Event, Instance, Participant, Role, Snapshot, TrafficPorts, clock, fault};
+use bus::{
+    BusError, Event, Instance, Participant, Role, SlotInstant, Snapshot, TrafficPorts, clock, fault,
+};
 use protocol::{
     Command, Episode, Frame, JournalEntry, Name, SnapshotHeader, TrafficHeader, param, status,
 };
@@ -122,7 +124,7 @@ impl TrafficStage {
     fn plan(&mut self, snapshot: &Snapshot) -> Result<(), TrafficError> {
         let header = snapshot.header();
         let frame = header.stamp.frame;
-        self.participant.begin();
+        self.participant.begin(frame);
         let begin_nanos = clock::now_nanos();
         fault::delay(Role::Traffic, frame);
         let mut journal = self.journal_of(header)?;
@@ -137,6 +139,7 @@ impl TrafficStage {
         let mut journal = journal.into_iter().map(|(_, entry)| entry).collect();
         self.restore_saved(&mut journal)?;
         self.planner.plan(header.delta_nanos, snapshot.actors(), &journal);
+        self.participant.mark(SlotInstant::Worked, frame);
         for wait in self.planner.new_prop_waits() {
             let why = if wait.has_lane_beside {
                 "the lane beside it is not free"

@@ -21,12 +21,13 @@ use crate::{
     Notify, SequenceEvent, Strategy,
     atoms::{AtomicU32, AtomicU64, Ordering},
     clock,
+    stage_clock::{Clocks, SlotInstant},
     versioned::Versioned,
 };
 use protocol::{Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 10;
+pub const PROTOCOL: u32 = 11;
 
 /// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;
@@ -255,11 +256,6 @@ impl Slot {
         self.lag.store(lag, Ordering::Release);
     }
 
-    /// For the holder: the work of a frame begins.
-    pub fn begin(&self) {
-        self.begin_nanos.store(clock::now_nanos(), Ordering::Relaxed);
-    }
-
     /// For a stage or a client: makes room for the parts that follow those before `serial`. For the
     /// host, before `Live`: a stage's keyframe begins there.
     pub fn set_journal_read(&self, serial: u64) {
@@ -270,6 +266,17 @@ impl Slot {
     pub fn add_missed(&self, count: u64) {
         self.missed.fetch_add(count, Ordering::Relaxed);
     }
+}
+
+/// How much waits in the host.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Queues {
+    /// Batches of commands that are received and not applied.
+    pub commands: u64,
+    /// Parts of the journal for which a stage has no room.
+    pub journal_parts: u64,
+    /// Frames that the recorder has not written.
+    pub recorded_frames: u64,
 }
 
 /// How a frame ended.
@@ -319,7 +326,10 @@ pub struct ControlPage {
     episode: AtomicU64,
     /// Number of parts of outcomes that the host has sent.
     outcomes_sent: AtomicU64,
+    /// Numbers of what waits in the host, of [`Queues`].
+    queues: [AtomicU64; 3],
     slots: [Slot; SLOTS],
+    pub(crate) clocks: Clocks<SLOTS>,
 }
 
 /// The reason why a control page cannot be used.
@@ -429,6 +439,21 @@ impl ControlPage {
         self.outcomes_sent.load(Ordering::Acquire)
     }
 
+    /// For the host: stores how much waits in it.
+    pub fn set_queues(&self, queues: Queues) {
+        let Queues { commands, journal_parts, recorded_frames } = queues;
+        for (word, count) in self.queues.iter().zip([commands, journal_parts, recorded_frames]) {
+            word.store(count, Ordering::Relaxed);
+        }
+    }
+
+    /// How much waited in the host when it published the last frame.
+    pub fn queues(&self) -> Queues {
+        let [commands, journal_parts, recorded_frames] =
+            [0, 1, 2].map(|i: usize| self.queues[i].load(Ordering::Relaxed));
+        Queues { commands, journal_parts, recorded_frames }
+    }
+
     /// The slot of the ticking client.
     pub fn ticker(&self) -> Option<usize> {
         (self.ticker.load(Ordering::Acquire) as usize).checked_sub(1)
@@ -508,10 +533,19 @@ impl ControlPage {
         behind
     }
 
+    /// For the holder of `slot`: the work of `frame` begins.
+    pub fn begin(&self, slot: usize, frame: Frame) {
+        let now = clock::now_nanos();
+        self.slots[slot].begin_nanos.store(now, Ordering::Relaxed);
+        self.clocks.of_slot(slot, SlotInstant::Begun).store(frame, now);
+    }
+
     /// For the holder of `slot`: its work up to `frame` is done. The last arrival wakes the host.
     pub fn arrive(&self, slot: usize, frame: Frame) {
         let words = &self.slots[slot];
-        words.end_nanos.store(clock::now_nanos(), Ordering::Relaxed);
+        let now = clock::now_nanos();
+        words.end_nanos.store(now, Ordering::Relaxed);
+        self.clocks.of_slot(slot, SlotInstant::Arrived).store(frame, now);
         words.ack.store(frame.0, Ordering::Release);
         let awaited = || Frame(self.awaited.load(Ordering::Acquire));
         self.host.notify_if(|| self.missing(awaited()) == 0);
@@ -519,6 +553,7 @@ impl ControlPage {
 
     /// For the ticking client: requests `frame`.
     pub fn request(&self, slot: usize, frame: Frame) {
+        self.clocks.of_slot(slot, SlotInstant::Requested).store(frame, clock::now_nanos());
         self.slots[slot].request.store(frame.0, Ordering::Release);
         self.host.notify();
     }

@@ -10,7 +10,7 @@ use std::{
 
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
 use rustix::{
-    fs::{FlockOperation, flock},
+    fs::{FallocateFlags, FlockOperation, fallocate, flock},
     io::retry_on_intr,
 };
 
@@ -310,12 +310,13 @@ impl OwnedInstance {
         // A process that looks whether this host lives, or sweeps, holds it for a moment.
         retry_on_intr(|| flock(&self._lock, FlockOperation::LockExclusive))?;
         let root = self.instance.root();
-        OpenOptions::new()
+        let control = OpenOptions::new()
             .create_new(true)
             .read(true)
             .write(true)
-            .open(root.join("control"))?
-            .set_len(CONTROL_LEN as u64)?;
+            .open(root.join("control"))?;
+        // With memory behind every page: none is missing when it is first written.
+        retry_on_intr(|| fallocate(&control, FallocateFlags::empty(), 0, CONTROL_LEN as u64))?;
         let mut config = File::create(root.join("bus.toml"))?;
         writeln!(config, "[global]\nroot-path = \"{}/\"", root.display())?;
         writeln!(config, "prefix = \"{}\"", self.instance.prefix())?;

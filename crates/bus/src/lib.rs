@@ -16,6 +16,7 @@ mod instance;
 mod journal;
 mod latency;
 mod map;
+mod marks;
 mod participant;
 mod port;
 mod ports;
@@ -23,11 +24,12 @@ pub mod process;
 mod regular_file;
 mod shared_memory;
 mod snapshot;
+mod stage_clock;
 mod versioned;
 mod wait;
 
 pub use channel::{CHANNELS, Channel, Loss, channel};
-pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
+pub use control::{ControlPage, Ending, PROTOCOL, PageError, Queues, Role, SLOTS, Slot, SlotState};
 pub use error::BusError;
 pub use instance::{Instance, OwnedInstance};
 pub use journal::{Event, Journal, Outcomes};
@@ -41,6 +43,7 @@ pub use ports::{
 pub use regular_file::{create_regular, open_regular, read_regular};
 pub use shared_memory::free_bytes;
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
+pub use stage_clock::{CLOCK_FRAMES, HostInstant, SlotInstant, StageClock};
 pub use wait::{Notify, SequenceEvent, Spin, Strategy};
 
 #[cfg(test)]

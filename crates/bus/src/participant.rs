@@ -9,8 +9,8 @@ use std::{
 };
 
 use crate::{
-    BusError, BusNode, ControlPageMapping, Ending, Instance, Journal, Role, SLOTS, Slot, SlotState,
-    Snapshot, SnapshotReader, Strategy, clock, process,
+    BusError, BusNode, ControlPageMapping, Ending, Instance, Journal, Role, SLOTS, Slot,
+    SlotInstant, SlotState, Snapshot, SnapshotReader, Strategy, clock, process,
 };
 use protocol::{Frame, Name};
 
@@ -265,9 +265,14 @@ impl Participant {
         Ok(latest)
     }
 
-    /// Reports that the work of a frame begins.
-    pub fn begin(&self) {
-        self.words().begin();
+    /// Reports that the work of `frame` begins.
+    pub fn begin(&self, frame: Frame) {
+        self.control.begin(self.slot, frame);
+    }
+
+    /// Stores that an instant of `frame` is now, for the stage clock.
+    pub fn mark(&self, instant: SlotInstant, frame: Frame) {
+        self.control.mark_now(self.slot, instant, frame);
     }
 
     /// Reports that the work of `frame` is done.

@@ -60,6 +60,11 @@ impl Recorder {
         if sent { Ok(waited) } else { Err(self.why()) }
     }
 
+    /// Returns the number of frames that wait to be written.
+    pub fn queued(&self) -> usize {
+        self.to.as_ref().map_or(0, Sender::len)
+    }
+
     /// Returns how often a tick waited for the disk.
     pub fn waits(&self) -> u64 {
         self.waits

@@ -15,6 +15,8 @@ mod control;
 mod error;
 #[path = "../../bus/src/journal.rs"]
 mod journal;
+#[path = "../../bus/src/marks.rs"]
+mod marks;
 #[path = "../../bus/src/participant.rs"]
 mod participant;
 #[path = "../../bus/src/ports.rs"]
@@ -23,6 +25,8 @@ mod ports;
 mod regular_file;
 #[path = "../../bus/src/snapshot.rs"]
 mod snapshot;
+#[path = "../../bus/src/stage_clock.rs"]
+mod stage_clock;
 #[path = "../../bus/src/versioned.rs"]
 mod versioned;
 #[path = "../../bus/src/wait.rs"]
@@ -38,7 +42,7 @@ pub mod process;
 pub mod scheduler;
 
 pub use channel::{CHANNELS, Channel, Loss, channel};
-pub use control::{ControlPage, Ending, PROTOCOL, PageError, Role, SLOTS, Slot, SlotState};
+pub use control::{ControlPage, Ending, PROTOCOL, PageError, Queues, Role, SLOTS, Slot, SlotState};
 pub use error::BusError;
 pub use instance::{Instance, OwnedInstance};
 pub use journal::{Event, Journal, Outcomes};
@@ -50,6 +54,7 @@ pub use ports::{
 };
 pub use regular_file::{create_regular, open_regular, read_regular};
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
+pub use stage_clock::{CLOCK_FRAMES, HostInstant, SlotInstant, StageClock};
 pub use wait::{Notify, SequenceEvent, Spin, Strategy};
 
 /// Free bytes of shared memory: enough.

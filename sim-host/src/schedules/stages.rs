@@ -81,7 +81,7 @@ impl Traffic<'_> {
     fn plan(&mut self, snapshot: &Snapshot) -> Result<(), BusError> {
         let header = snapshot.header();
         let frame = header.stamp.frame;
-        self.participant.begin();
+        self.participant.begin(frame);
         let mut journal = self.journal_of(header)?;
         journal.retain(|(at, entry)| *at > self.done || !applies_once(entry));
         if self.begin_episode(frame, &mut journal)? {
@@ -195,7 +195,7 @@ impl Renderer<'_> {
     fn measure(&mut self, snapshot: &Snapshot) -> Result<(), BusError> {
         let header = snapshot.header();
         let frame = header.stamp.frame;
-        self.participant.begin();
+        self.participant.begin(frame);
         self.apply_journal(header)?;
         for (id, writer) in &self.writers {
             let header =

@@ -9,7 +9,7 @@ use bus::clock;
 use protocol::{Episode, Frame, HideLayers, LoadMap, Outcome, Refusal, load};
 use town::Town;
 
-use super::{START_NANOS, Shell, TickTimes, ending};
+use super::{START_NANOS, Shell, TickTimes};
 use crate::{
     HostError,
     barrier::Verdict,
@@ -113,7 +113,7 @@ impl Shell {
         self.tick = TickTimes { begin_nanos: now, applied_nanos: now, stepped_nanos: now };
         self.publish(sim, &Outputs { delta_nanos: 0, ..sim.outputs() })?;
         let verdict = self.await_stages_at(frame)?;
-        self.control.close(frame, ending(&verdict));
+        self.close(frame, &verdict);
         self.set_lags(|shell, role| shell.lag(role));
         Ok(())
     }
