@@ -1,10 +1,21 @@
-//! The stage clock.
+//! The stage clock, `omnibus profile` and `omnibus top`.
+
+use std::{
+    collections::BTreeMap,
+    path::Path,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
 
 use client_lib::{CameraOutputs, Client, Pose, Spawn, VehicleControl, wire::camera};
 use glam::{Quat, Vec3};
 use protocol::ActorId;
 
-use crate::kit::Sim;
+use serde_json::Value;
+
+use crate::kit::{Scratch, Sim, omnibus, small_map, thread};
 
 /// Spawns an ego and two vehicles in traffic; returns the ego.
 fn populate(client: &mut Client) -> ActorId {
@@ -71,4 +82,141 @@ fn the_stage_clock_has_every_instant_of_each_frame_in_causal_order() {
     assert_eq!((old.published_nanos, old.read_nanos), (None, None), "overwritten: {old:?}");
     drop((client, bundle));
     sim.end();
+}
+
+/// Runs `omnibus profile` and returns its result.
+fn profile(args: &[&str]) -> Value {
+    let output = omnibus().args(["profile", "--json"]).args(args).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Profiles a simulator that a client ticks, and whose sensors are measured.
+fn profile_of(sim: &Sim, args: &[&str]) -> Value {
+    let mut client = sim.ticker();
+    let ego = populate(&mut client);
+    let above = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
+    let spec = camera("c", above, 64, 48, 1.5, CameraOutputs::COLOR);
+    let mut bundle = client.create_bundle("above", ActorId::NONE, [spec], 2).unwrap();
+    let stop = Arc::new(AtomicBool::new(false));
+    let is_stopped = Arc::clone(&stop);
+    let ticking = thread(move || {
+        while !is_stopped.load(Ordering::Acquire) {
+            client.tick_and_collect(&mut [&mut bundle]).unwrap();
+            let pedals = VehicleControl { actor_id: ego, throttle: 0.3, ..Default::default() };
+            client.control(&[pedals]).unwrap();
+        }
+    });
+    let mut all = vec!["--name", sim.instance().id()];
+    all.extend(args);
+    let result = profile(&all);
+    stop.store(true, Ordering::Release);
+    ticking.join().unwrap();
+    result
+}
+
+#[test]
+fn the_profile_of_a_running_simulator_names_the_slow_stage() {
+    for (slow, stage) in [("sensor-render:20000", "rendering"), ("traffic:20000", "traffic")] {
+        let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", slow)]);
+        let found = profile_of(&sim, &["--frames", "30"]);
+        assert_eq!(found["limit"]["stage"], stage, "{found}");
+        assert!(found["limit"]["share"].as_f64().unwrap() > 0.5, "{found}");
+        let doubled = found["limit"]["frames_per_s_at_double_speed"].as_f64().unwrap();
+        let rate = found["frames_per_s"].as_f64().unwrap();
+        assert!(doubled > 1.2 * rate && doubled < 2.0 * rate, "{found}");
+        let parts = found["parts"].as_object().unwrap();
+        for part in ["frame", "physics", "traffic plans", "renderer traces", "snapshot to control"]
+        {
+            assert!(parts[part]["n"].as_u64().unwrap() >= 25, "{part}: {found}");
+        }
+        let roles: Vec<&str> = found["participants"]
+            .as_array()
+            .unwrap()
+            .iter()
+            .map(|member| member["role"].as_str().unwrap())
+            .collect();
+        assert_eq!(roles, ["sim-host", "traffic", "sensor-render", "client"]);
+        sim.end();
+    }
+}
+
+#[test]
+fn the_trace_shows_each_process_and_an_arrow_through_each_frame() {
+    let scratch = Scratch::new();
+    let file = scratch.path().join("trace.json");
+    let sim = Sim::start(&[]);
+    profile_of(&sim, &["--frames", "30", "--trace", file.to_str().unwrap()]);
+    sim.end();
+    let events = trace_events(&file);
+    let of = |phase: &'static str| events.iter().filter(move |event| event["ph"] == phase);
+    let names: Vec<_> = of("M").filter(|event| event["name"] == "process_name").collect();
+    assert_eq!(names.len(), 4, "{names:?}");
+    // By track: begin and end of each slice.
+    let mut tracks: BTreeMap<u64, Vec<(f64, f64)>> = BTreeMap::new();
+    for event in of("X") {
+        let (ts, dur) = (event["ts"].as_f64().unwrap(), event["dur"].as_f64().unwrap());
+        assert_eq!(event["pid"], event["tid"]);
+        tracks.entry(event["pid"].as_u64().unwrap()).or_default().push((ts, ts + dur));
+    }
+    assert_eq!(tracks.len(), 4);
+    for (track, slices) in &mut tracks {
+        assert!(slices.len() >= 25, "track {track} has {} slices", slices.len());
+        slices.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for pair in slices.windows(2) {
+            assert!(pair[0].1 <= pair[1].0 + 1e-3, "slices overlap on track {track}: {pair:?}");
+        }
+    }
+    let mut flows: BTreeMap<&str, Vec<&Value>> = BTreeMap::new();
+    for event in
+        events.iter().filter(|event| ["s", "t", "f"].contains(&event["ph"].as_str().unwrap()))
+    {
+        let at = event["ts"].as_f64().unwrap();
+        let slices = &tracks[&event["pid"].as_u64().unwrap()];
+        let is_inside = slices.iter().any(|(begin, end)| *begin - 1e-3 <= at && at <= *end + 1e-3);
+        assert!(is_inside, "no slice is around {event}");
+        flows.entry(event["id"].as_str().unwrap()).or_default().push(event);
+    }
+    assert!(flows.len() >= 50, "{} flows", flows.len());
+    for (id, points) in &flows {
+        let phases: String = points.iter().map(|event| event["ph"].as_str().unwrap()).collect();
+        assert!(
+            phases.starts_with('s') && phases.ends_with('f') && phases.len() >= 2,
+            "{id}: {phases}"
+        );
+        assert!(points.is_sorted_by_key(|event| event["ts"].as_f64().unwrap()), "{id}: {points:?}");
+    }
+}
+
+fn trace_events(file: &Path) -> Vec<Value> {
+    let mut trace: Value = serde_json::from_slice(&std::fs::read(file).unwrap()).unwrap();
+    match trace["traceEvents"].take() {
+        Value::Array(events) => events,
+        other => panic!("no list of events: {other}"),
+    }
+}
+
+#[test]
+fn a_profile_starts_a_simulator_of_its_own_in_every_mode() {
+    for more in [&[][..], &["--pipeline", "2"], &["--single-process"]] {
+        let mut args = vec!["--start", "--map", small_map(), "--device", "cpu", "--frames", "30"];
+        args.extend(["--vehicles", "3", "--width", "64", "--height", "48"]);
+        args.extend(more);
+        let found = profile(&args);
+        assert_eq!(
+            found["n"].as_u64().unwrap() + found["skipped"].as_u64().unwrap(),
+            31,
+            "{found}"
+        );
+        assert_eq!(found["limit"]["stage"], "rendering", "{found}");
+        assert!(found["parts"]["renderer traces"]["n"].as_u64().unwrap() > 20, "{found}");
+    }
+}
+
+#[test]
+fn a_profile_without_a_simulator_says_how_to_start_one() {
+    let output = omnibus().args(["profile", "--name", "no-such-simulator"]).output().unwrap();
+    assert!(!output.status.success());
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(said.contains("no-such-simulator") && said.contains("--start"), "{said}");
 }

@@ -19,6 +19,7 @@ mod launch;
 mod logging;
 mod map;
 mod maps;
+mod profile;
 mod record;
 mod replay;
 mod resimulate;
@@ -53,6 +54,8 @@ enum Verb {
     Replay(replay::ReplayArgs),
     /// Describes and checks a data set, a recording, a map, or the running simulators
     Inspect(inspect::InspectArgs),
+    /// Measures where the time of a frame goes, and names the stage that limits the frame rate
+    Profile(profile::ProfileArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
     /// Describes, checks, draws, converts or generates a map
@@ -101,6 +104,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Record(args) => record::record(args),
         Verb::Replay(args) => replay::replay(args),
         Verb::Inspect(args) => inspect::inspect(args),
+        Verb::Profile(args) => profile::profile(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),
