@@ -75,7 +75,6 @@ pub(crate) fn read_values<T: Pod>(
         });
         read();
     });
-    drop(work);
     if has_failed.into_inner() {
         return None;
     }
