@@ -68,6 +68,7 @@ mod v2x_readings;
 mod vehicle_physics;
 mod vehicles;
 mod visibility;
+mod waiter;
 pub mod wire;
 mod wire_requests;
 mod world;
@@ -107,8 +108,8 @@ pub use pending_tick::PendingTick;
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
     Curve, DEPTH_FAR_M, Frame, Gear, Pose, Refusal, RefusalCode, SHAPE_TEXT_BYTES, SHAPES_MAX,
-    TEXT_BYTES, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics, VehicleSteering,
-    VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
+    TEXT_BYTES, VERSION, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
+    VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
 };
 pub use queries::Queries;
 pub use rays::{RayGrid, RayHit};
@@ -133,4 +134,5 @@ pub use v2x_readings::{
     V2xAwarenessMessage, V2xLowFrequency, V2xStationType, V2xTextMessage, V2xVehicleRole,
 };
 pub use visibility::hide_objects;
+pub use waiter::Waiter;
 pub use world::World;

@@ -7,7 +7,7 @@ use protocol::{BlueprintInfo, Frame};
 use road::Network;
 
 use crate::{
-    ClientError, Deadlines, Measurement, SensorBundle, Settings, World,
+    ClientError, Deadlines, Measurement, SensorBundle, Settings, Waiter, World,
     connection::{Connection, after},
     events::Follower,
 };
@@ -16,7 +16,7 @@ use crate::{
 /// is `Send`, so that it can observe on another thread than its [`Controller`](crate::Controller)
 /// acts on.
 pub struct Observer {
-    world: Option<World>,
+    world: Option<Arc<World>>,
     snapshot: SnapshotReader,
     frame: Frame,
     follower: Option<Follower>,
@@ -109,7 +109,7 @@ impl Observer {
                 if let Some(follower) = &mut self.follower {
                     follower.compare(self.frame, snapshot.actors());
                 }
-                self.world = Some(World::new(snapshot));
+                self.world = Some(Arc::new(World::new(snapshot)));
                 is_newer = true;
             }
         }
@@ -144,6 +144,23 @@ impl Observer {
     #[must_use]
     pub fn world(&self) -> &World {
         self.world.as_ref().expect("a snapshot comes with the connection")
+    }
+
+    /// The same world, to be kept after newer ones were taken in. At most two older ones may be kept:
+    /// with a third, taking a newer one in fails.
+    ///
+    /// # Panics
+    ///
+    /// Never, as [`Observer::world`].
+    #[must_use]
+    pub fn shared_world(&self) -> Arc<World> {
+        Arc::clone(self.world.as_ref().expect("a snapshot comes with the connection"))
+    }
+
+    /// Waits for frames and measurements beside this observer.
+    #[must_use]
+    pub fn waiter(&self) -> Waiter {
+        Waiter::new(&self.connection)
     }
 
     /// The newest frame that was taken in.

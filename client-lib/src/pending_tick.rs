@@ -2,7 +2,7 @@
 
 use std::{sync::Arc, time::Duration};
 
-use bus::Ending;
+use bus::{Ending, Interrupted};
 use protocol::Frame;
 
 use crate::{
@@ -46,18 +46,36 @@ impl PendingTick {
     /// [`ClientError::Incomplete`] if a participant was late or died; [`ClientError::HostEnded`];
     /// [`ClientError::Timeout`].
     pub fn wait(&self) -> Result<Frame, ClientError> {
-        let participant = &self.connection.participant;
-        let deadline = self.deadline.map(after);
-        let ending = participant.await_complete(self.frame, deadline).map_err(|why| {
+        let ended = self.wait_until(self.deadline.map(after)).map_err(|why| {
             let waited = self.deadline.unwrap_or_default();
             self.connection.interrupted(why, "the next frame", waited)
         })?;
-        let (cause, mask) = match ending {
-            Ending::Complete => return Ok(self.frame),
+        ended.map(|()| self.frame)
+    }
+
+    /// As [`PendingTick::wait`] for at most `limit`; `None` if the frame is not complete then. It
+    /// may be called again.
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::Incomplete`]; [`ClientError::HostEnded`].
+    pub fn wait_for(&self, limit: Duration) -> Result<Option<Frame>, ClientError> {
+        match self.wait_until(Some(after(limit))) {
+            Ok(ended) => ended.map(|()| Some(self.frame)),
+            Err(Interrupted::Deadline) => Ok(None),
+            Err(Interrupted::HostEnds) => Err(self.connection.host_ended()),
+        }
+    }
+
+    /// Waits until a moment of the monotonic clock, nanoseconds.
+    fn wait_until(&self, deadline: Option<u64>) -> Result<Result<(), ClientError>, Interrupted> {
+        let participant = &self.connection.participant;
+        let (cause, mask) = match participant.await_complete(self.frame, deadline)? {
+            Ending::Complete => return Ok(Ok(())),
             Ending::Late(mask) => (Incompleteness::Late, mask),
             Ending::Degraded(mask) => (Incompleteness::Degraded, mask),
         };
         let missing = participant.control().names(mask);
-        Err(ClientError::Incomplete { frame: self.frame, cause, missing })
+        Ok(Err(ClientError::Incomplete { frame: self.frame, cause, missing }))
     }
 }

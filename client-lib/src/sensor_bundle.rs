@@ -40,8 +40,13 @@ impl SensorBundle {
         self.id
     }
 
-    /// Checks that the world of the bundle is the running one.
-    pub(crate) fn check(&self, standing: u32) -> Result<(), ClientError> {
+    /// Checks that the world of the bundle is the running one, whose number is `standing`
+    /// ([`Client::episode`](crate::Client::episode)).
+    ///
+    /// # Errors
+    ///
+    /// [`ClientError::WorldGone`].
+    pub fn check(&self, standing: u32) -> Result<(), ClientError> {
         if self.episode == standing {
             return Ok(());
         }
@@ -84,8 +89,13 @@ impl SensorBundle {
         Ok(None)
     }
 
-    /// The measurement of `frame`. Earlier ones are dropped, and counted as missed.
-    pub(crate) fn receive_at(&mut self, frame: Frame) -> Result<Option<Measurement>, ClientError> {
+    /// Returns the measurement of `frame`, if it has come. Earlier ones are dropped, and counted as
+    /// missed.
+    ///
+    /// # Errors
+    ///
+    /// As for [`SensorBundle::receive`].
+    pub fn receive_at(&mut self, frame: Frame) -> Result<Option<Measurement>, ClientError> {
         while self.last < frame {
             let Some(next) = self.receive()? else { break };
             if next.frame() == frame {

@@ -191,10 +191,19 @@ fn a_stage_of_another_build_is_refused() {
     let sim = Sim::start(&[]);
     let control = sim.instance().control().unwrap();
     let ours = sim.client("before");
-    control.override_protocol(99);
-    let said =
-        client_lib::Client::connect(Some(sim.instance().id()), "late").err().unwrap().to_string();
+    let refusal = || {
+        let connected = client_lib::Client::connect(Some(sim.instance().id()), "late");
+        connected.err().unwrap().to_string()
+    };
+    control.override_build(0xabc);
+    let said = refusal();
     println!("other build -> {said}");
+    let build = format!("{:016x}", protocol::BUILD);
+    names(&said, &[&build, "0000000000000abc", "omnibus --version"]);
+    assert!(client_lib::VERSION.contains(&build), "{}", client_lib::VERSION);
+    control.override_protocol(99);
+    let said = refusal();
+    println!("other protocol -> {said}");
     names(&said, &["protocol", "99", "one checkout"]);
     drop(ours);
     sim.end();

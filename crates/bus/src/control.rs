@@ -24,7 +24,7 @@ use crate::{
     stage_clock::{Clocks, SlotInstant},
     versioned::Versioned,
 };
-use protocol::{Frame, Name, Settings};
+use protocol::{BUILD, Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
 pub const PROTOCOL: u32 = 11;
@@ -300,6 +300,8 @@ pub struct ControlPage {
     magic: AtomicU64,
     protocol: AtomicU32,
     host_pid: AtomicU32,
+    /// [`BUILD`] of the host.
+    build: AtomicU64,
     host_start_time: AtomicU64,
     spin_nanos: AtomicU64,
     /// 1: the host is shutting down.
@@ -348,6 +350,17 @@ pub enum PageError {
         /// Version of the host.
         theirs: u32,
     },
+    /// The host is of another build.
+    #[error(
+        "this program is build {ours:016x}, the host is build {theirs:016x}; use programs of one \
+         build (omnibus --version prints it)"
+    )]
+    Build {
+        /// Build of this program.
+        ours: u64,
+        /// Build of the host.
+        theirs: u64,
+    },
 }
 
 impl ControlPage {
@@ -357,10 +370,11 @@ impl ControlPage {
         self.host_start_time.store(start_time, Ordering::Relaxed);
         self.spin_nanos.store(strategy.spin_nanos, Ordering::Relaxed);
         self.protocol.store(PROTOCOL, Ordering::Relaxed);
+        self.build.store(BUILD, Ordering::Relaxed);
         self.magic.store(MAGIC, Ordering::Release);
     }
 
-    /// For other processes: checks that the page is valid and of the same protocol version.
+    /// For other processes: checks that the page is valid, of the same protocol version and build.
     pub fn check(&self) -> Result<(), PageError> {
         if self.magic.load(Ordering::Acquire) != MAGIC {
             return Err(PageError::Foreign);
@@ -369,6 +383,10 @@ impl ControlPage {
         if theirs != PROTOCOL {
             return Err(PageError::Protocol { ours: PROTOCOL, theirs });
         }
+        let theirs = self.build.load(Ordering::Relaxed);
+        if theirs != BUILD {
+            return Err(PageError::Build { ours: BUILD, theirs });
+        }
         Ok(())
     }
 
@@ -376,6 +394,12 @@ impl ControlPage {
     #[doc(hidden)]
     pub fn override_protocol(&self, protocol: u32) {
         self.protocol.store(protocol, Ordering::Release);
+    }
+
+    /// For tests: stores another build.
+    #[doc(hidden)]
+    pub fn override_build(&self, build: u64) {
+        self.build.store(build, Ordering::Release);
     }
 
     /// Process id and start time of the host.

@@ -92,6 +92,12 @@ impl BusError {
         matches!(self, BusError::Channel { why, .. } if GONE.contains(&why.as_str()))
     }
 
+    /// Whether the host is of another build or protocol version than this program.
+    pub fn is_other_build(&self) -> bool {
+        use crate::control::PageError;
+        matches!(self, BusError::Page(PageError::Protocol { .. } | PageError::Build { .. }))
+    }
+
     pub(crate) fn channel(name: &str, why: impl Debug) -> BusError {
         let name = name.to_owned();
         match process::exhausted_file_limit() {

@@ -36,7 +36,7 @@ use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 
 /// A driving simulator that is a shared-memory bus
 #[derive(Parser, Debug)]
-#[command(name = "omnibus", version, about, max_term_width = 100)]
+#[command(name = "omnibus", version = protocol::VERSION, about, max_term_width = 100)]
 struct Cli {
     #[command(subcommand)]
     verb: Verb,

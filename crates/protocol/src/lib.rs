@@ -8,6 +8,7 @@
 mod actor;
 mod actor_command;
 mod bones;
+mod build;
 mod bundle_receipt;
 mod check;
 mod command;
@@ -52,6 +53,7 @@ pub use actor_command::{
     SetVehicleLights, SetVelocity, Spawn, Teleport,
 };
 pub use bones::{BONES, BONES_PER_COMMAND, BlendPose, SetBones};
+pub use build::{BUILD, VERSION};
 pub use bundle_receipt::BundleReceipt;
 pub use check::{PLACE_MAX_M, SPEED_MAX_MPS};
 pub use command::{
