@@ -39,6 +39,7 @@ mod oracles;
 mod parity;
 mod physics_sensors;
 mod profile;
+mod python_package;
 mod record;
 mod refuse;
 mod same;

@@ -9,6 +9,7 @@ use std::{
 use anyhow::Context;
 use bus::Instance;
 use protocol::{Frame, Settings};
+use rustix::process::{Pid, PidfdFlags, Signal, getpid, getppid, kill_process, pidfd_open};
 use sim_host::HostError;
 
 use crate::{
@@ -37,6 +38,9 @@ pub(crate) struct RunArgs {
     /// Start without rendering
     #[arg(long)]
     no_rendering: bool,
+    /// End, as with SIGTERM, when this process ends: the one that started the simulator
+    #[arg(long, value_name = "PID")]
+    parent: Option<i32>,
     #[command(flatten)]
     carla: CarlaServerArgs,
 }
@@ -63,6 +67,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         ..Settings::default()
     };
     let stop = stop_on_signals()?;
+    if let Some(parent) = args.parent {
+        end_with(parent)?;
+    }
     // First, since a map may take long to load.
     let ports = gateway::open_ports(&args.carla)?;
     let host = match args.world.host(settings, Arc::clone(&stop)) {
@@ -79,6 +86,23 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     gateway.end();
     let last = ended?;
     print_line!("ended after {last}");
+    Ok(())
+}
+
+/// Ends this process as SIGTERM does when its parent ends, however that ends. Unlike the kernel's own
+/// signal (PR_SET_PDEATHSIG) it does not depend on the thread that started this process.
+fn end_with(parent: i32) -> anyhow::Result<()> {
+    let pid = Pid::from_raw(parent).filter(|pid| Some(*pid) == getppid());
+    let watched = pid.and_then(|pid| pidfd_open(pid, PidfdFlags::empty()).ok());
+    // Opened before the parent ended, or it is another process of that number.
+    let watched = watched.filter(|_| getppid() == pid).with_context(|| {
+        format!("--parent {parent}: that process did not start this one, or has ended")
+    })?;
+    let wait = move || {
+        bus::process::wait_for_end(&watched);
+        let _ = kill_process(getpid(), Signal::TERM);
+    };
+    std::thread::Builder::new().name("parent-watch".into()).spawn(wait)?;
     Ok(())
 }
 

@@ -1,0 +1,78 @@
+"""Omnibus, a driving simulator whose parts share memory.
+
+SI units and radians; right-handed axes, x forward, y left, z up. CARLA's axes and degrees are in
+``omnibus.carla_axes`` only. The manual is docs/python.md.
+"""
+
+from . import aio, carla_axes, errors, sensors
+from ._omnibus import (
+    BUILD,
+    VERSION,
+    Bundle,
+    Cancel,
+    LanePoint,
+    Map,
+    Measurement,
+    Reading,
+    Recorder,
+    Traffic,
+    World,
+)
+from .client import Blueprint, Client, Frame, Settings, Weather
+from .errors import (
+    BuildError,
+    CancelledError,
+    FrameIncompleteError,
+    NotAllowedError,
+    OmnibusError,
+    RefusedError,
+    SimulatorEndedError,
+    SimulatorTimeoutError,
+    ViewLimitError,
+    WorldGoneError,
+)
+from .listener import Listener, listen
+from .pose import Pose
+from .simulator import Simulator, launch
+
+__version__ = VERSION
+#: Version and build, as ``omnibus --version`` prints them. A simulator of another build is refused.
+__build__ = BUILD
+
+__all__ = [
+    "Blueprint",
+    "BuildError",
+    "Bundle",
+    "Cancel",
+    "CancelledError",
+    "Client",
+    "Frame",
+    "FrameIncompleteError",
+    "LanePoint",
+    "Listener",
+    "Map",
+    "Measurement",
+    "NotAllowedError",
+    "OmnibusError",
+    "Pose",
+    "Reading",
+    "Recorder",
+    "RefusedError",
+    "Settings",
+    "Simulator",
+    "SimulatorEndedError",
+    "SimulatorTimeoutError",
+    "Traffic",
+    "ViewLimitError",
+    "Weather",
+    "World",
+    "WorldGoneError",
+    "__build__",
+    "__version__",
+    "aio",
+    "carla_axes",
+    "errors",
+    "launch",
+    "listen",
+    "sensors",
+]

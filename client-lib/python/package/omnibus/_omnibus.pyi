@@ -1,0 +1,425 @@
+"""The compiled part of the package."""
+
+import os
+from collections.abc import Iterator, Sequence
+from typing import Any, Literal, Self, final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .client import Weather
+from .pose import Pose, Vector
+from .sensors import Sensor
+
+#: The package's version.
+VERSION: str
+#: Version and build, as ``omnibus --version`` prints them.
+BUILD: str
+
+@final
+class Cancel:
+    """Ends a wait of another thread, within 50 ms: the wait raises ``CancelledError``."""
+
+    def __new__(cls) -> Self: ...
+    def set(self) -> None: ...
+    def is_set(self) -> bool: ...
+
+@final
+class Memory:
+    """The owner of an array's memory: the array's ``base``."""
+
+    @property
+    def __array_interface__(self) -> dict[str, Any]: ...
+
+@final
+class World:
+    """A snapshot: the world at one frame. Picklable; a pickled or copied one owns its memory."""
+
+    @property
+    def frame(self) -> int: ...
+    @property
+    def sim_time_nanos(self) -> int:
+        """Simulated time since the world was loaded."""
+    @property
+    def sim_time_secs(self) -> float: ...
+    @property
+    def delta_nanos(self) -> int:
+        """Simulated time of this frame."""
+    @property
+    def episode(self) -> int:
+        """The number of the world, from 1; loading a map raises it."""
+    @property
+    def state_hash(self) -> int:
+        """A hash of everything that decides the future."""
+    @property
+    def published_nanos(self) -> int:
+        """When the snapshot was published, nanoseconds of ``Client.clock_nanos``."""
+    @property
+    def is_view(self) -> bool:
+        """Whether it lies in the simulator's memory; False for a copy."""
+    @property
+    def actors(self) -> NDArray[Any]:
+        """All actors, sorted by id: one read-only structured array (docs/python.md has its fields)."""
+    def actor(self, actor_id: int) -> Any:
+        """Returns one actor: a record of ``actors``. Raises KeyError if it does not exist."""
+    def __contains__(self, actor_id: int, /) -> bool: ...
+    def __len__(self) -> int:
+        """The number of actors."""
+    def copy(self) -> World:
+        """Returns the same world in memory of its own."""
+
+@final
+class Reading:
+    """What one sensor measured at one frame. Arrays are read-only views that stay valid while they
+    are referenced. Picklable."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def frame(self) -> int: ...
+    @property
+    def world_from_sensor(self) -> Pose | None: ...
+    @property
+    def first_azimuth_rad(self) -> float | None:
+        """Lidar: azimuth of column 0, positive to the left."""
+    @property
+    def color(self) -> NDArray[np.uint8]:
+        """Camera: height × width × 4; red, green, blue, 255, sRGB."""
+    @property
+    def depth(self) -> NDArray[np.float32]:
+        """Camera: height × width; metres along the optical axis."""
+    @property
+    def tags(self) -> NDArray[np.uint8]:
+        """Camera: height × width; semantic tags."""
+    @property
+    def instances(self) -> NDArray[np.uint32]:
+        """Camera: height × width; actor ids, static objects with the top bit set, 0 for the sky."""
+    @property
+    def normals(self) -> NDArray[np.float32]:
+        """Camera: height × width × 3; surface normals in sensor space."""
+    @property
+    def flow(self) -> NDArray[np.float32]:
+        """Camera: height × width × 2; pixels to the right and down since the frame before."""
+    @property
+    def points(self) -> NDArray[np.float32]:
+        """Lidar: columns × channels × 4; x, y, z in sensor space (metres) and the point attribute;
+        zeros where nothing was hit."""
+    @property
+    def labels(self) -> NDArray[np.uint32]:
+        """Lidar: columns × channels × 2; instance and semantic tag."""
+    @property
+    def readings(self) -> NDArray[Any]:
+        """Physics sensors: structured records (docs/python.md has their fields)."""
+
+@final
+class Measurement:
+    """What a bundle measured at one frame, by the names of its sensors. Picklable; a pickled or
+    copied one owns its memory."""
+
+    @property
+    def frame(self) -> int: ...
+    @property
+    def sim_time_nanos(self) -> int: ...
+    @property
+    def episode(self) -> int: ...
+    @property
+    def state_hash(self) -> int:
+        """That of the measured world: ``World.state_hash``."""
+    @property
+    def parent(self) -> int | None:
+        """The actor that carries the bundle; None if it is fixed in the world."""
+    @property
+    def world_from_parent(self) -> Pose: ...
+    @property
+    def is_view(self) -> bool:
+        """Whether it lies in the simulator's memory; False for a copy."""
+    @property
+    def nbytes(self) -> int: ...
+    def keys(self) -> list[str]:
+        """The names of the bundle's sensors."""
+    def get(self, key: str | int) -> Reading | None:
+        """Returns the reading of a sensor; None if it did not measure at this frame."""
+    def __getitem__(self, key: str | int, /) -> Reading: ...
+    def __contains__(self, key: str | int, /) -> bool: ...
+    def __len__(self) -> int: ...
+    def copy(self) -> Measurement:
+        """Returns the same measurement in memory of its own."""
+
+@final
+class Bundle:
+    """Sensors that are measured together, and the stream of their measurements. It is destroyed by
+    ``close()``, or with its client, its actor or its world. Iterating it waits for each measurement.
+    """
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def sensors(self) -> list[str]: ...
+    @property
+    def views_held(self) -> int:
+        """Measurements in the simulator's memory that are referenced."""
+    @property
+    def views_max(self) -> int:
+        """The most such measurements, from ``view_mib``: 1 to 7."""
+    @property
+    def missed(self) -> int:
+        """Frames that were not received."""
+    def receive(self) -> Measurement | None:
+        """Returns the oldest measurement that was not received; None if there is none."""
+    def latest(self) -> Measurement | None:
+        """Returns the newest measurement that was not received and drops older ones."""
+    def wait(
+        self, timeout_secs: float | None = None, *, cancel: Cancel | None = None
+    ) -> Measurement:
+        """Waits for the next measurement: for pipelined worlds, and those on their own clock."""
+    def close(self) -> None: ...
+    def __iter__(self) -> Iterator[Measurement]: ...
+    def __next__(self) -> Measurement: ...
+
+@final
+class LanePoint:
+    """A point on a lane's centre."""
+
+    @property
+    def road_id(self) -> str: ...
+    @property
+    def section(self) -> int: ...
+    @property
+    def lane_id(self) -> int:
+        """OpenDRIVE's signed id."""
+    @property
+    def s_m(self) -> float: ...
+    @property
+    def lane_type(self) -> str: ...
+    @property
+    def is_junction(self) -> bool: ...
+    @property
+    def width_m(self) -> float: ...
+    @property
+    def speed_limit_mps(self) -> float | None: ...
+    @property
+    def curvature_per_m(self) -> float:
+        """In driving direction; positive turns left."""
+    @property
+    def position_m(self) -> Vector: ...
+    @property
+    def heading_rad(self) -> float: ...
+    @property
+    def pose(self) -> Pose:
+        """``world_from_lane``: x along the lane, y to its left."""
+    def advance(self, distance_m: float) -> list[LanePoint]:
+        """Returns the points that lie so far ahead, one for each way."""
+    @property
+    def left(self) -> LanePoint | None:
+        """The point beside it on the lane to the left, of any type and direction."""
+    @property
+    def right(self) -> LanePoint | None: ...
+
+@final
+class Map:
+    """The roads of the running map."""
+
+    @property
+    def name(self) -> str: ...
+    @property
+    def spawn_points(self) -> list[Pose]:
+        """Poses for vehicles, half a metre above the road."""
+    @property
+    def bounds_m(self) -> tuple[Vector, Vector]:
+        """Smallest and largest coordinates of the roads."""
+    def nearest(self, position_m: Sequence[float], *, drivable: bool = True) -> LanePoint | None:
+        """Returns the point of the nearest lane centre; with ``drivable`` of lanes that cars use."""
+    def route(
+        self, from_point: LanePoint, to_point: LanePoint, every_m: float
+    ) -> list[LanePoint]:
+        """Returns points along the shortest way; an empty list if there is none."""
+
+@final
+class Traffic:
+    """Vehicles on autopilot and traffic lights."""
+
+    def set_autopilot(self, actor_id: int, on: bool = True) -> None: ...
+    def set(
+        self,
+        actor_id: int | None = None,
+        *,
+        speed_reduction: float | None = None,
+        speed_mps: float | None = None,
+        gap_m: float | None = None,
+        offset_left_m: float | None = None,
+        changes_lanes: bool | None = None,
+        keep_right: float | None = None,
+        change_left: float | None = None,
+        change_right: float | None = None,
+        ignore_lights: float | None = None,
+        ignore_signs: float | None = None,
+        ignore_vehicles: float | None = None,
+        ignore_walkers: float | None = None,
+        automatic_lights: bool | None = None,
+    ) -> None:
+        """Sets how a vehicle on autopilot drives; without ``actor_id`` all that were told nothing
+        themselves. Shares and probabilities are 0 to 1; a speed reduction of 0.3 is 30 % slower."""
+    def change_lane(self, actor_id: int, side: Literal["left", "right"]) -> None:
+        """Changes lanes once, as soon as there is one."""
+    def ignore_actor(self, actor_id: int, other: int, on: bool = True) -> None: ...
+    def set_seed(self, seed: int) -> None:
+        """Sets the seed of all random decisions, 0 to 2^24."""
+    def set_route(self, actor_id: int, steps: Sequence[str | Sequence[float]]) -> None:
+        """Gives a vehicle a route: positions in metres that it passes, and turns at the junctions
+        that come next: left, right, straight, lane_left, lane_right."""
+    def hold_light(
+        self, actor_id: int, phase: Literal["red", "yellow", "green", "off"]
+    ) -> None: ...
+    def release_light(self, actor_id: int) -> None: ...
+    def light_group(self, actor_id: int) -> list[int]:
+        """The traffic lights that are switched together with this one."""
+
+@final
+class Recorder:
+    """Recordings: written and replayed. A name without a slash lies in the folder for recordings."""
+
+    def start(
+        self,
+        name: str | os.PathLike[str],
+        *,
+        profile: Literal["state", "inputs", "compact"] = "state",
+    ) -> os.PathLike[str]:
+        """Records from the next frame on; returns the path of the file."""
+    def stop(self) -> int:
+        """Closes the recording; returns how many frames it has."""
+    def replay(
+        self,
+        name: str | os.PathLike[str],
+        *,
+        from_secs: float = 0.0,
+        duration_secs: float = 0.0,
+        time_factor: float = 1.0,
+        ignore_hero: bool = False,
+    ) -> None:
+        """Replays a recording; its first frame is shown by the next tick."""
+    def stop_replay(self, *, keep_actors: bool = False) -> None: ...
+
+class Client:
+    """The base of ``omnibus.Client``."""
+
+    def __new__(
+        cls,
+        name: str = "python",
+        instance: str | None = None,
+        *,
+        wait_strategy: Literal["latency", "balanced", "batch"] | None = None,
+    ) -> Self:
+        """Connects to the simulator named ``instance``, or to the only one that runs. ``name`` is the
+        client's own: commands of one frame are carried out in the order of names."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def instance(self) -> str: ...
+    @property
+    def is_open(self) -> bool: ...
+    def close(self) -> None:
+        """Ends the connection; arrays and frames that are held stay valid."""
+    @property
+    def frame(self) -> int:
+        """The newest frame that was taken in."""
+    @property
+    def episode(self) -> int: ...
+    @property
+    def world(self) -> World:
+        """The world that was taken in last: by ``tick``, ``await_frame`` or ``snapshot``."""
+    def snapshot(self) -> World:
+        """Takes the newest world in and returns it. Never waits."""
+    def await_frame(
+        self, timeout_secs: float | None = None, *, cancel: Cancel | None = None
+    ) -> World:
+        """Waits for a newer frame than the last one and returns the newest world."""
+    def synchronise(self, delta_secs: float) -> None:
+        """Takes the tick and makes the world wait for it."""
+    def take_tick(self) -> None: ...
+    @property
+    def holds_tick(self) -> bool: ...
+    def leave_tick(self) -> None: ...
+    def hand_tick_to(self, name: str) -> None: ...
+    def join_barrier(self) -> None:
+        """Makes every tick of another client wait until this one has called ``arrive()``."""
+    def leave_barrier(self) -> None: ...
+    def arrive(self) -> None:
+        """Reports that this client's work for the newest frame is done."""
+    def spawn(
+        self,
+        blueprint: str,
+        pose: Pose,
+        *,
+        autopilot: bool = False,
+        kinematic: bool = False,
+        color: tuple[int, int, int] | None = None,
+        role: str | None = None,
+    ) -> int:
+        """Spawns an actor and returns its id; the next frame shows it."""
+    def destroy(self, actor_id: int) -> None: ...
+    def teleport(self, actor_id: int, pose: Pose) -> None: ...
+    def set_velocity(
+        self,
+        actor_id: int,
+        velocity_mps: Vector,
+        angular_velocity_radps: Vector = ...,
+    ) -> None: ...
+    def set_kinematic(self, actor_id: int, on: bool) -> None: ...
+    def control(
+        self,
+        actor_id: int,
+        *,
+        throttle: float = 0.0,
+        brake: float = 0.0,
+        steer: float = 0.0,
+        handbrake: bool = False,
+        reverse: bool = False,
+        gear: int | None = None,
+    ) -> None:
+        """Sets pedals (0 to 1) and wheel (-1, full right, to 1, full left) from the next frame on;
+        the latest hold. Does not wait."""
+    def set_weather(self, weather: Weather) -> None: ...
+    def create_bundle(
+        self,
+        name: str,
+        sensors: Sequence[Sensor],
+        parent: int | None = None,
+        *,
+        view_mib: float = 64.0,
+        when_full: Literal["copy", "error"] = "copy",
+    ) -> Bundle:
+        """Mounts sensors on an actor, or without ``parent`` in the world. At most ``view_mib`` of the
+        simulator's memory may be held by views; then measurements are copied, or with
+        ``when_full="error"`` refused."""
+    @property
+    def bundles(self) -> list[Bundle]: ...
+    @property
+    def map(self) -> Map: ...
+    def available_maps(self) -> list[str]: ...
+    def load_map(self, name: str = "", *, seed: int | None = None) -> World:
+        """Loads a map in the place of the world, or the running one again. All actors and bundles are
+        destroyed."""
+    def save_state(self) -> bytes:
+        """Returns everything that decides the future."""
+    def load_state(self, state: bytes) -> None: ...
+    @property
+    def traffic(self) -> Traffic: ...
+    @property
+    def recorder(self) -> Recorder: ...
+    @staticmethod
+    def clock_nanos() -> int:
+        """The clock of ``World.published_nanos``, nanoseconds."""
+    def _blueprints(self) -> list[tuple[str, int, Vector, Vector]]: ...
+    def _settings(self) -> dict[str, Any]: ...
+    def _apply_settings(
+        self,
+        delta_secs: float,
+        substep_max_secs: float,
+        synchronous: bool,
+        real_time_factor: float | None,
+        pipeline: int,
+        rendering: bool,
+    ) -> None: ...
+    def _tick(
+        self, timeout_secs: float | None, cancel: Cancel | None
+    ) -> tuple[int, World, list[tuple[str, Measurement | None]]]: ...

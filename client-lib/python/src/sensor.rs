@@ -1,0 +1,149 @@
+//! Sensors: Python's dataclasses of `omnibus.sensors` as those of the client library.
+
+use std::time::Duration;
+
+use client_lib::{
+    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, LidarOptions, LidarOutputs,
+    ObstacleOptions, OdometryOptions, PointAttribute, Sensor, SensorKind, glam::Vec3,
+};
+use pyo3::{exceptions::PyValueError, prelude::*};
+
+use crate::{pose::PyPose, wait::seconds};
+
+/// Reads an attribute of a dataclass.
+struct Fields<'a, 'py>(&'a Bound<'py, PyAny>);
+
+impl Fields<'_, '_> {
+    fn get<T>(&self, name: &str) -> PyResult<T>
+    where
+        T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>,
+    {
+        let value = self.0.getattr(name)?;
+        value.extract().map_err(|e: PyErr| {
+            let kind = self.0.get_type();
+            PyValueError::new_err(format!("{kind}: {name} is {value}: {e}"))
+        })
+    }
+
+    fn vector(&self, name: &str) -> PyResult<Vec3> {
+        self.0.getattr(name)?.extract::<[f32; 3]>().map(Vec3::from_array)
+    }
+
+    fn names(&self, name: &str) -> PyResult<Vec<String>> {
+        self.0.getattr(name)?.extract()
+    }
+}
+
+/// Combines the outputs of these names.
+fn outputs<T: Copy>(
+    names: &[String],
+    known: &[(&str, T)],
+    none: T,
+    with: impl Fn(T, T) -> T,
+) -> PyResult<T> {
+    let one = |name: &String| {
+        let found = known.iter().find(|(known, _)| known == name).map(|(_, output)| *output);
+        found.ok_or_else(|| {
+            let all = known.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+            PyValueError::new_err(format!("unknown output {name:?}; use {all}"))
+        })
+    };
+    names.iter().map(one).try_fold(none, |sum, output| Ok(with(sum, output?)))
+}
+
+/// Returns the client library's sensor of a Python dataclass.
+pub(crate) fn sensor(object: &Bound<'_, PyAny>) -> PyResult<Sensor> {
+    let fields = Fields(object);
+    let kind: String = object.getattr("kind").and_then(|kind| kind.extract()).map_err(|_| {
+        PyValueError::new_err(format!("{object} is no sensor; use the classes of omnibus.sensors"))
+    })?;
+    let kind: SensorKind = match kind.as_str() {
+        "camera" => camera(&fields)?.into(),
+        "lidar" => lidar(&fields)?.into(),
+        "imu" => ImuOptions::default()
+            .accelerometer_stddev(fields.vector("accelerometer_stddev_mps2")?)
+            .gyroscope_stddev(fields.vector("gyroscope_stddev_radps")?)
+            .gyroscope_bias(fields.vector("gyroscope_bias_radps")?)
+            .accelerometer_walk(fields.get("accelerometer_walk")?)
+            .gyroscope_walk(fields.get("gyroscope_walk")?)
+            .gravity_mps2(fields.get("gravity_mps2")?)
+            .accelerometer_max_mps2(fields.get("accelerometer_max_mps2")?)
+            .into(),
+        "gnss" => GnssOptions::default()
+            .latitude_stddev_deg(fields.get("latitude_stddev_deg")?)
+            .latitude_bias_deg(fields.get("latitude_bias_deg")?)
+            .longitude_stddev_deg(fields.get("longitude_stddev_deg")?)
+            .longitude_bias_deg(fields.get("longitude_bias_deg")?)
+            .altitude_stddev_m(fields.get("altitude_stddev_m")?)
+            .altitude_bias_m(fields.get("altitude_bias_m")?)
+            .wander_m(fields.get("wander_m")?)
+            .wander_up_m(fields.get("wander_up_m")?)
+            .wander_time(seconds("wander_secs", fields.get("wander_secs")?)?)
+            .into(),
+        "odometry" => OdometryOptions::default()
+            .scale_error(fields.get("scale_error")?)
+            .stddev_mps(fields.get("stddev_mps")?)
+            .step_mps(fields.get("step_mps")?)
+            .into(),
+        "collision" => SensorKind::Collision,
+        "lane_invasion" => SensorKind::LaneInvasion,
+        "obstacle" => ObstacleOptions::default()
+            .distance_m(fields.get("distance_m")?)
+            .hit_radius_m(fields.get("hit_radius_m")?)
+            .only_actors(fields.get("only_actors")?)
+            .into(),
+        other => return Err(PyValueError::new_err(format!("unknown kind of sensor {other:?}"))),
+    };
+    let pose = object.getattr("pose")?.extract::<PyPose>()?;
+    let mut sensor = Sensor::new(&fields.get::<String>("name")?, pose.into(), kind);
+    sensor.seed = fields.get("seed")?;
+    let period: f64 = fields.get("period_secs")?;
+    sensor.period = Some(seconds("period_secs", period)?).filter(|period| *period > Duration::ZERO);
+    Ok(sensor)
+}
+
+fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {
+    let known = [
+        ("color", CameraOutputs::COLOR),
+        ("depth", CameraOutputs::DEPTH),
+        ("tags", CameraOutputs::TAG),
+        ("instances", CameraOutputs::INSTANCE),
+        ("normals", CameraOutputs::NORMAL),
+        ("flow", CameraOutputs::FLOW),
+    ];
+    let names = fields.names("outputs")?;
+    let outputs = outputs(&names, &known, CameraOutputs::empty(), CameraOutputs::union)?;
+    let (width, height) = (fields.get("width")?, fields.get("height")?);
+    Ok(CameraOptions::new(width, height, fields.get("fov_rad")?).outputs(outputs))
+}
+
+fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {
+    let known = [("points", LidarOutputs::POINTS), ("labels", LidarOutputs::LABELS)];
+    let names = fields.names("outputs")?;
+    let outputs = outputs(&names, &known, LidarOutputs::empty(), LidarOutputs::union)?;
+    let elevations = [fields.get("lower_rad")?, fields.get("upper_rad")?];
+    let options = LidarOptions::new(
+        fields.get("channels")?,
+        fields.get("columns")?,
+        elevations,
+        fields.get("range_m")?,
+    );
+    let attribute: String = fields.get("point_attribute")?;
+    let attribute = match attribute.as_str() {
+        "intensity" => PointAttribute::Intensity,
+        "cos_incidence" => PointAttribute::CosIncidence,
+        other => {
+            return Err(PyValueError::new_err(format!(
+                "unknown point_attribute {other:?}; use intensity or cos_incidence"
+            )));
+        }
+    };
+    Ok(options
+        .fov_rad(fields.get("fov_rad")?)
+        .noise_m(fields.get("noise_m")?)
+        .dropoff(fields.get("dropoff")?)
+        .attenuation_per_m(fields.get("attenuation_per_m")?)
+        .rotation_rate_hz(fields.get("rotation_rate_hz")?)
+        .point_attribute(attribute)
+        .outputs(outputs))
+}
