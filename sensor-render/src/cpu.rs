@@ -21,7 +21,6 @@ use camera::CameraRows;
 use lidar::LidarColumns;
 use rayon::prelude::*;
 
-use crate::light::Light;
 use crate::outputs::split;
 use crate::rays::Sensor;
 use crate::simd::Isa;
@@ -62,7 +61,7 @@ impl CpuTracer {
     ) -> Result<(), TraceError> {
         let work = split(world, jobs)?;
         let (isa, sensors) = (self.isa, &work.sensors);
-        let light = Light::new(&world.weather, world.stamp.sim_time_nanos);
+        let light = world.light();
         self.workers.run(|| {
             work.tiles.into_par_iter().with_max_len(1).for_each(|mut tile| {
                 match &sensors[tile.sensor] {

@@ -9,6 +9,7 @@ use protocol::{
 use crate::{
     bvh::{Link, Node, transformed_box},
     instance::{Instance, StreetLight, lights},
+    light::Light,
     motion::Motions,
     overlay::Overlay,
     pieces::pieces,
@@ -45,6 +46,8 @@ pub struct World {
     pub(crate) limbs_before: Vec<WalkerLimbs>,
     /// Street lights that a command has set, in ascending order of their numbers.
     pub(crate) street_lights: Arc<Vec<StreetLight>>,
+    /// Whether no shadow rays are traced.
+    is_shadowless: bool,
 }
 
 impl World {
@@ -61,6 +64,21 @@ impl World {
     /// Sets the debug shapes that colour images show.
     pub fn set_overlay(&mut self, overlay: Arc<Overlay>) {
         self.overlay = overlay;
+    }
+
+    /// Sets whether surfaces lie in the shadow of others, as at first. Without shadows the images are
+    /// brighter; for measuring the time of shadow rays.
+    pub fn set_shadows(&mut self, has_shadows: bool) {
+        self.is_shadowless = !has_shadows;
+    }
+
+    /// Returns the light of the frame.
+    pub(crate) fn light(&self) -> Light {
+        let mut light = Light::new(&self.weather, self.stamp.sim_time_nanos);
+        if self.is_shadowless {
+            light.sun.w = 0.0;
+        }
+        light
     }
 
     /// Sets the states of the street lights.

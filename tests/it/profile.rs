@@ -93,6 +93,12 @@ fn profile(args: &[&str]) -> Value {
 
 /// Profiles a simulator that a client ticks, and whose sensors are measured.
 fn profile_of(sim: &Sim, args: &[&str]) -> Value {
+    let all = [&["--name", sim.instance().id()], args].concat();
+    while_ticking(sim, || profile(&all))
+}
+
+/// Calls `look` while a client ticks, drives and has its sensors measured.
+fn while_ticking<T>(sim: &Sim, look: impl FnOnce() -> T) -> T {
     let mut client = sim.ticker();
     let ego = populate(&mut client);
     let above = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
@@ -107,9 +113,7 @@ fn profile_of(sim: &Sim, args: &[&str]) -> Value {
             client.control(&[pedals]).unwrap();
         }
     });
-    let mut all = vec!["--name", sim.instance().id()];
-    all.extend(args);
-    let result = profile(&all);
+    let result = look();
     stop.store(true, Ordering::Release);
     ticking.join().unwrap();
     result
@@ -167,7 +171,7 @@ fn the_trace_shows_each_process_and_an_arrow_through_each_frame() {
             assert!(pair[0].1 <= pair[1].0 + 1e-3, "slices overlap on track {track}: {pair:?}");
         }
     }
-    let mut flows: BTreeMap<&str, Vec<&Value>> = BTreeMap::new();
+    let mut flows: BTreeMap<(&str, u64), Vec<&Value>> = BTreeMap::new();
     for event in
         events.iter().filter(|event| ["s", "t", "f"].contains(&event["ph"].as_str().unwrap()))
     {
@@ -175,16 +179,20 @@ fn the_trace_shows_each_process_and_an_arrow_through_each_frame() {
         let slices = &tracks[&event["pid"].as_u64().unwrap()];
         let is_inside = slices.iter().any(|(begin, end)| *begin - 1e-3 <= at && at <= *end + 1e-3);
         assert!(is_inside, "no slice is around {event}");
-        flows.entry(event["id"].as_str().unwrap()).or_default().push(event);
+        let id = (event["name"].as_str().unwrap(), event["id"].as_u64().unwrap());
+        flows.entry(id).or_default().push(event);
     }
     assert!(flows.len() >= 50, "{} flows", flows.len());
     for (id, points) in &flows {
         let phases: String = points.iter().map(|event| event["ph"].as_str().unwrap()).collect();
         assert!(
             phases.starts_with('s') && phases.ends_with('f') && phases.len() >= 2,
-            "{id}: {phases}"
+            "{id:?}: {phases}"
         );
-        assert!(points.is_sorted_by_key(|event| event["ts"].as_f64().unwrap()), "{id}: {points:?}");
+        assert!(
+            points.is_sorted_by_key(|event| event["ts"].as_f64().unwrap()),
+            "{id:?}: {points:?}"
+        );
     }
 }
 
@@ -219,4 +227,114 @@ fn a_profile_without_a_simulator_says_how_to_start_one() {
     assert!(!output.status.success());
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(said.contains("no-such-simulator") && said.contains("--start"), "{said}");
+}
+
+/// Runs `omnibus` and returns what it prints.
+fn printed(args: &[&str]) -> String {
+    let output = omnibus().args(args).output().unwrap();
+    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+#[test]
+fn each_stage_runs_alone_from_a_recording_with_its_inner_steps() {
+    let scratch = Scratch::new();
+    let path = |name: &str| scratch.path().join(name).to_str().unwrap().to_owned();
+    let recording = path("drive.mcap");
+    let record = ["record", "--map", small_map(), "--device", "null", "--vehicles", "3"];
+    printed(&[&record[..], &["--frames", "60", "--out", &recording]].concat());
+    let sensors = path("sensors.toml");
+    let text = "[[sensor]]\nname = \"left\"\nkind = \"camera\"\nyaw_deg = 90\nwidth_px = 64\n\
+                height_px = 48\noutputs = [\"color\", \"flow\"]\nposition_m = [0, 0, 2]\n\
+                [[sensor]]\nname = \"top\"\nkind = \"lidar\"\nchannels = 8\ncolumns = 90\n\
+                position_m = [0, 0, 2.4]\n";
+    std::fs::write(&sensors, text).unwrap();
+    let small = ["--frames", "40", "--device", "cpu", "--width", "64", "--height", "48"];
+    for (stage, more, steps) in [
+        ("physics", &[][..], &["commands", "physics step", "state hash"][..]),
+        ("traffic", &[], &["plan", "save state"]),
+        ("record", &[], &["frame kept", "segment written", "file closed"]),
+        ("bus", &[], &["write", "send", "receive"]),
+        (
+            "render",
+            &[],
+            &[
+                "scene update",
+                "all sensors",
+                "sensor front",
+                "sensor lidar",
+                "shadow rays",
+                "encoding",
+            ],
+        ),
+        (
+            "render",
+            &["--sensors", &sensors],
+            &[
+                "scene update",
+                "all sensors",
+                "sensor left",
+                "sensor top",
+                "shadow rays",
+                "encoding",
+            ],
+        ),
+    ] {
+        let args = [&["--stage", stage, "--input", &recording], &small[..], more].concat();
+        let found = profile(&args);
+        assert_eq!((&found["kind"], &found["stage"]), (&"alone".into(), &stage.into()));
+        let parts = found["parts"].as_object().unwrap();
+        assert_eq!(parts.len(), steps.len() + 1, "{stage}: {:?}", parts.keys());
+        let whole = &parts[stage];
+        assert!(whole["n"].as_u64().unwrap() >= 35, "{stage}: {whole}");
+        let times = ["p50_ms", "p90_ms", "p99_ms", "max_ms"].map(|k| whole[k].as_f64().unwrap());
+        assert!(times[0] > 0.0 && times.is_sorted(), "{stage}: {times:?}");
+        for step in steps {
+            assert!(
+                parts[*step]["n"].as_u64().unwrap() > 0,
+                "{stage}: no {step}: {:?}",
+                parts.keys()
+            );
+        }
+        assert!(found["peak_mb"].as_f64().unwrap() > 10.0);
+    }
+}
+
+#[test]
+fn a_comparison_finds_a_difference_where_there_is_one() {
+    let scratch = Scratch::new();
+    let path = |name: &str| scratch.path().join(name).to_str().unwrap().to_owned();
+    let (real, first, slower) = (path("real.json"), path("first.json"), path("slower.json"));
+    let mut args = vec!["profile", "--start", "--map", small_map(), "--device", "cpu"];
+    args.extend(["--frames", "60", "--vehicles", "3", "--width", "64", "--height", "48"]);
+    args.extend(["--output", &real]);
+    printed(&args);
+    let mut result: Value = serde_json::from_slice(&std::fs::read(&real).unwrap()).unwrap();
+    // Times that vary by 4 %, whatever the load of this machine.
+    for (file, scale) in [(&first, 1.0), (&slower, 1.2)] {
+        let samples: Vec<_> =
+            (0..200).map(|i| (1e7 + f64::from(i * 7919 % 400) * 1e3) * scale).collect();
+        for part in result["parts"].as_object_mut().unwrap().values_mut() {
+            part["samples_nanos"] = samples.clone().into();
+        }
+        std::fs::write(file, result.to_string()).unwrap();
+    }
+    let verdicts = |a: &str, b: &str| -> (BTreeMap<String, String>, String) {
+        let compared = profile(&["--compare", a, b]);
+        let parts = compared["parts"].as_array().unwrap().iter();
+        let text = |value: &Value| value.as_str().unwrap().to_owned();
+        let verdicts = parts.map(|part| (text(&part["part"]), text(&part["verdict"])));
+        (verdicts.collect(), text(&compared["sentence"]))
+    };
+    for file in [&real, &first] {
+        let (same, sentence) = verdicts(file, file);
+        assert!(same.values().all(|verdict| verdict == "no difference shown"), "{same:?}");
+        assert_eq!(sentence, "No difference shown in any part.");
+    }
+    let (other, sentence) = verdicts(&first, &slower);
+    assert_eq!(other["renderer traces"], "slower", "{other:?}");
+    assert!(sentence.contains("renderer traces (+20.0 %)"), "{sentence}");
+    let (other, sentence) = verdicts(&slower, &first);
+    assert_eq!(other["renderer traces"], "faster", "{other:?}");
+    assert!(sentence.starts_with("The second run is faster in"), "{sentence}");
 }

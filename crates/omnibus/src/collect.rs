@@ -37,6 +37,7 @@ mod stages;
 mod testing;
 
 pub(crate) use actors::{EGO, places};
+pub(crate) use encode::Encoder;
 pub(crate) use error::CollectError;
 pub(crate) use inspect::inspect;
 pub(crate) use job::{Args, Job};

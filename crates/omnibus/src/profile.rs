@@ -1,10 +1,13 @@
 //! `omnibus profile`: where the time of a frame goes, in a running simulator or in one of its own.
 
+mod alone;
 mod args;
+mod compare;
 mod limit;
 mod live;
 mod report;
 mod sampler;
+mod sensors_file;
 mod spans;
 mod trace;
 
@@ -24,21 +27,40 @@ pub(crate) fn profile(args: &ProfileArgs) -> anyhow::Result<()> {
         args.pipeline,
         protocol::PIPELINE_MAX
     );
+    if let Some([a, b]) = args.compare.as_deref() {
+        let comparison = compare::Comparison::of_files(a, b)?;
+        return finish(args, &comparison.json(), || comparison.text());
+    }
+    if let (Some(stage), Some(input)) = (args.stage, &args.input) {
+        let report = alone::alone(args, stage, input)?;
+        return finish(args, &report.json(), || report.text());
+    }
+    ensure!(
+        args.start || args.sensors.is_none(),
+        "--sensors has no effect on a simulator that runs; use --start or --stage render"
+    );
     let run = if args.start { live::started(args)? } else { live::attached(args)? };
     if let Some(path) = &args.trace {
         let trace = trace::chrome_trace(&run);
         std::fs::write(path, trace).with_context(|| path.display().to_string())?;
     }
     let report = report::Report::of(&run);
-    let json = report.json();
+    finish(args, &report.json(), || report.text())
+}
+
+/// Writes the result where the arguments say.
+fn finish(
+    args: &ProfileArgs,
+    json: &serde_json::Value,
+    text: impl FnOnce() -> String,
+) -> anyhow::Result<()> {
     if let Some(path) = &args.output {
-        let text = serde_json::to_string(&json)?;
-        std::fs::write(path, text).with_context(|| path.display().to_string())?;
+        std::fs::write(path, json.to_string()).with_context(|| path.display().to_string())?;
     }
     if args.json {
         print_line!("{json}");
     } else {
-        print_line!("{}", report.text());
+        print_line!("{}", text());
     }
     Ok(())
 }

@@ -1,16 +1,17 @@
 //! Simulates recorded inputs in one thread and without the bus, and compares state hashes and actors
 //! with the recording.
 
-use std::{collections::VecDeque, fmt, sync::Arc};
+use std::{collections::VecDeque, convert::Infallible, fmt, sync::Arc};
 
 use ::record::{RecordedFrame, Recording};
 use anyhow::{Context, anyhow};
 use bake::Cache;
+use bus::clock;
 use protocol::{
     ActorState, Block, Command, CommandGroup, Frame, JournalEntry, LightState, Stamp,
     TrafficHeader, VehicleControl, status,
 };
-use sim_host::{Inputs, NoServices, Request, SavedState, Sim, decision_hash, map_sum};
+use sim_host::{Inputs, NoServices, Request, SavedState, Services, Sim, decision_hash, map_sum};
 use traffic::Planner;
 
 /// The extent of a re-simulation.
@@ -39,11 +40,44 @@ impl fmt::Display for Difference {
     }
 }
 
+/// How long the parts of one simulated frame took, in nanoseconds.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct StepNanos {
+    /// Applying the decision of traffic and the commands.
+    pub(crate) commands: u64,
+    /// Physics.
+    pub(crate) physics: u64,
+    /// The state hash and what else follows physics.
+    pub(crate) state_hash: u64,
+    /// Planning, and saving the planner's state; `None` if the decision was recorded whole.
+    pub(crate) plan: Option<(u64, u64)>,
+}
+
+/// Called with each simulated frame; returns whether to go on.
+type Watch<'a> = dyn FnMut(&Sim, &RecordedFrame, &StepNanos) -> anyhow::Result<bool> + 'a;
+
 /// Simulates what was recorded between two recorded times, from the whole world before them on.
 pub fn resimulate(
     recording: &mut Recording,
     from_nanos: u64,
     until_nanos: u64,
+) -> anyhow::Result<Resimulated> {
+    resimulate_range(recording, from_nanos, until_nanos, &mut |_, _, _| Ok(true))
+}
+
+/// Simulates a recording from its beginning, and calls `watch` with each frame after the first.
+pub(crate) fn resimulate_watched(
+    recording: &mut Recording,
+    watch: &mut Watch,
+) -> anyhow::Result<Resimulated> {
+    resimulate_range(recording, 0, u64::MAX, watch)
+}
+
+fn resimulate_range(
+    recording: &mut Recording,
+    from_nanos: u64,
+    until_nanos: u64,
+    watch: &mut Watch,
 ) -> anyhow::Result<Resimulated> {
     let file = recording.path().display().to_string();
     let profile = recording.info().profile;
@@ -73,7 +107,13 @@ pub fn resimulate(
                 Some(running) if is_load(moment) => {
                     running.begin(moment).map_err(|e| anyhow!("{file}: {e}"))?
                 }
-                Some(running) => running.step(moment)?,
+                Some(running) => {
+                    let found = running.step(moment)?;
+                    if !watch(&running.sim, moment, &running.nanos)? {
+                        return Ok(done);
+                    }
+                    found
+                }
             };
             done.frames += 1;
             done.sim_nanos += moment.delta_nanos;
@@ -120,6 +160,32 @@ struct Resimulation {
     map: u64,
     decided: Decided,
     waiting: VecDeque<PendingFrame>,
+    /// Of the last step.
+    nanos: StepNanos,
+}
+
+/// Keeps the journal, and when the parts of a step ended.
+#[derive(Default)]
+struct TimedServices {
+    journal: Vec<JournalEntry>,
+    applied_nanos: u64,
+    stepped_nanos: u64,
+}
+
+impl Services for TimedServices {
+    type Error = Infallible;
+
+    fn journal(&mut self, entry: JournalEntry) {
+        self.journal.push(entry);
+    }
+
+    fn commands_applied(&mut self) {
+        self.applied_nanos = clock::now_nanos();
+    }
+
+    fn physics_stepped(&mut self, _sim: &mut Sim) {
+        self.stepped_nanos = clock::now_nanos();
+    }
 }
 
 impl Resimulation {
@@ -138,6 +204,7 @@ impl Resimulation {
             map,
             decided: Decided::default(),
             waiting: VecDeque::new(),
+            nanos: StepNanos::default(),
         })
     }
 
@@ -160,6 +227,7 @@ impl Resimulation {
     /// Advances by one frame, in the host's order: commands that were carried out between two
     /// frames, then [`Sim::step`] with the decision of traffic and the frame's own commands.
     fn step(&mut self, moment: &RecordedFrame) -> anyhow::Result<Option<String>> {
+        self.nanos = StepNanos::default();
         let (early, late) =
             moment.journal.split_at_checked(moment.early as usize).context("bad journal")?;
         let (early, late) = (simulated(early), simulated(late));
@@ -180,8 +248,14 @@ impl Resimulation {
         let decision = sim_host::Decision { controls, lights, hash: *hash };
         let requests = requests(&late);
         let inputs = Inputs { decision: Some(decision), requests: &requests };
-        let mut services = NoServices::default();
+        let mut services = TimedServices::default();
+        let begin_nanos = clock::now_nanos();
         let Ok(_) = self.sim.step(&inputs, &mut services);
+        let end_nanos = clock::now_nanos();
+        let TimedServices { applied_nanos, stepped_nanos, .. } = services;
+        self.nanos.commands = applied_nanos - begin_nanos;
+        self.nanos.physics = stepped_nanos - applied_nanos;
+        self.nanos.state_hash = end_nanos - stepped_nanos;
         if let Some(what) = differing_outcome(&late, &services.journal) {
             return Ok(Some(what));
         }
@@ -241,9 +315,13 @@ impl Resimulation {
                 break seen;
             }
         };
+        let begin_nanos = clock::now_nanos();
         self.planner.plan(seen.delta_nanos, &seen.actors, &journal);
+        let planned_nanos = clock::now_nanos();
         let (controls, lights, planner) =
             (self.planner.controls(), self.planner.lights(), self.planner.save());
+        let saved_nanos = clock::now_nanos();
+        self.nanos.plan = Some((planned_nanos - begin_nanos, saved_nanos - planned_nanos));
         let header = TrafficHeader {
             stamp: seen.stamp,
             control_count: controls.len() as u32,

@@ -1,7 +1,8 @@
 //! `omnibus stage`: measures one stage alone on inputs captured from a short run, a whole tick, or
 //! the steps that load a map.
 
-mod percentile;
+pub(crate) mod memory;
+pub(crate) mod percentile;
 mod tick;
 mod world;
 

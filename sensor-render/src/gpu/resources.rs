@@ -117,7 +117,7 @@ impl GpuResources {
     pub(crate) fn upload_batch(&mut self, gpu: &Gpu, scene: &Scene, world: &World, batch: &Batch) {
         let [cameras, lidars, packing] = batch.groups;
         let frame = FrameUniforms {
-            light: Light::new(&world.weather, world.stamp.sim_time_nanos),
+            light: world.light(),
             roots: [
                 scene.town_blas.root.0,
                 world.root.unwrap_or(Link::EMPTY).0,

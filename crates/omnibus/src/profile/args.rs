@@ -30,6 +30,18 @@ pub(crate) struct ProfileArgs {
     /// With --start: frames that rendering may lag behind, 0 to 3
     #[arg(long, default_value_t = 0)]
     pub(crate) pipeline: u32,
+    /// Run one stage alone, fed from the recording of --input at full speed
+    #[arg(long, value_enum, requires = "input", conflicts_with_all = ["start", "trace"])]
+    pub(crate) stage: Option<AloneStage>,
+    /// With --stage: a recording (see `omnibus record`)
+    #[arg(long, value_name = "FILE", requires = "stage")]
+    pub(crate) input: Option<PathBuf>,
+    /// With --start or --stage render: sensors from this TOML file instead of the default ones
+    #[arg(long, value_name = "FILE")]
+    pub(crate) sensors: Option<PathBuf>,
+    /// Compare two results of --output: which parts are faster or slower, and how surely
+    #[arg(long, num_args = 2, value_names = ["A", "B"], conflicts_with_all = ["start", "stage", "trace"])]
+    pub(crate) compare: Option<Vec<PathBuf>>,
     /// Write one trace of all processes to this file, for ui.perfetto.dev
     #[arg(long, value_name = "FILE")]
     pub(crate) trace: Option<PathBuf>,
@@ -39,4 +51,31 @@ pub(crate) struct ProfileArgs {
     /// Print the result as one JSON object
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// The stages that run alone from a recording.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum AloneStage {
+    /// One step of the world: commands, physics, state hash
+    Physics,
+    /// One plan of traffic
+    Traffic,
+    /// One measurement of all sensors
+    Render,
+    /// One frame written to a recording
+    Record,
+    /// One snapshot through shared memory
+    Bus,
+}
+
+impl AloneStage {
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            AloneStage::Physics => "physics",
+            AloneStage::Traffic => "traffic",
+            AloneStage::Render => "render",
+            AloneStage::Record => "record",
+            AloneStage::Bus => "bus",
+        }
+    }
 }

@@ -47,7 +47,8 @@ impl Stage {
         }
     }
 
-    fn advice(self) -> &'static str {
+    /// What would change the limit; `is_chain`: the next frame waits for all stages.
+    fn advice(self, is_chain: bool) -> &'static str {
         match self {
             Stage::Commands => "fewer commands for each frame would change it",
             Stage::Physics => {
@@ -55,9 +56,12 @@ impl Stage {
             }
             Stage::Publishing => "fewer actors, or no recording, would change it",
             Stage::Traffic => "fewer vehicles on autopilot would change it",
-            Stage::Rendering => {
+            Stage::Rendering if is_chain => {
                 "fewer or smaller sensors, a GPU (--device gpu:0), or rendering beside the next frames \
                  (--pipeline 1) would change it"
+            }
+            Stage::Rendering => {
+                "fewer or smaller sensors, or a GPU (--device gpu:0), would change it"
             }
             Stage::Client => {
                 "less work between the return of a tick and the next request would change it"
@@ -81,6 +85,8 @@ pub(crate) struct Limit {
     pub(crate) rate_hz: f64,
     /// Frames per second if this stage took half its time.
     pub(crate) rate_at_double_speed_hz: f64,
+    /// Whether each frame waited for every stage.
+    is_chain: bool,
 }
 
 impl Limit {
@@ -93,11 +99,11 @@ impl Limit {
 
     /// One sentence: the stage, and what would change it.
     pub(crate) fn sentence(&self) -> String {
-        let Limit { stage, share, rate_hz, rate_at_double_speed_hz } = self;
+        let Limit { stage, share, rate_hz, rate_at_double_speed_hz, is_chain } = self;
         let name = stage.name();
         let name = name[..1].to_uppercase() + &name[1..];
         let percent = share * 100.0;
-        let advice = stage.advice();
+        let advice = stage.advice(*is_chain);
         if *stage == Stage::RealTime {
             return format!(
                 "{name} limits the frame rate at {rate_hz:.1} frames/s: the busiest stage works \
@@ -204,6 +210,7 @@ fn chain(clocks: &[StageClock]) -> Option<Limit> {
         share: stage_nanos(longest) / total,
         rate_hz: count / total,
         rate_at_double_speed_hz: count / sum(&|frame| frame.total(Some(longest))),
+        is_chain: true,
     })
 }
 
@@ -255,6 +262,7 @@ fn parallel(clocks: &[StageClock], settings: &Settings) -> Option<Limit> {
             share: busiest / wall,
             rate_hz,
             rate_at_double_speed_hz: at_double_speed,
+            is_chain: false,
         });
     }
     // Side by side with the other stages: the next one limits the gain.
@@ -269,6 +277,7 @@ fn parallel(clocks: &[StageClock], settings: &Settings) -> Option<Limit> {
         share: (nanos / wall).min(1.0),
         rate_hz,
         rate_at_double_speed_hz: frames * 1e9 / halved.max(1.0),
+        is_chain: false,
     })
 }
 
@@ -277,10 +286,10 @@ mod tests {
     use super::*;
     use protocol::Frame;
 
-    /// A frame of 10 ms from `begin` on: host 1, traffic 2, rendering 6, the client and hand-over
-    /// the rest; times in 100 microseconds.
+    /// A frame of host, traffic (2 ms) and rendering, in steps of 0.1 ms.
     fn clock(number: u64, rendering: u64) -> StageClock {
-        let begin = number * 1000;
+        let arrived = 32.max(12 + rendering);
+        let begin = number * (arrived + 4);
         let at = |tick: u64| Some((begin + tick) * 100_000);
         let mut clock = StageClock::at(Frame(number));
         clock.requested_nanos = at(0);
@@ -292,7 +301,6 @@ mod tests {
         clock.plan_delivered_nanos = at(32);
         clock.trace_begun_nanos = at(12);
         clock.delivered_nanos = at(12 + rendering);
-        let arrived = 32.max(12 + rendering);
         clock.read_nanos = at(arrived + 1);
         clock
     }
@@ -303,11 +311,7 @@ mod tests {
 
     /// Frames of which each is requested 0.3 ms after the client has read the one before.
     fn run(rendering: u64) -> Vec<StageClock> {
-        let mut frames: Vec<_> = (1..20).map(|n| clock(n, rendering)).collect();
-        for index in 1..frames.len() {
-            frames[index].requested_nanos = frames[index - 1].read_nanos.map(|at| at + 300_000);
-        }
-        frames
+        (1..20).map(|number| clock(number, rendering)).collect()
     }
 
     #[test]

@@ -79,6 +79,10 @@ pub(crate) fn attached(args: &ProfileArgs) -> anyhow::Result<LiveRun> {
 /// Starts a simulator with traffic and default sensors, ticks it, and samples it.
 pub(crate) fn started(args: &ProfileArgs) -> anyhow::Result<LiveRun> {
     ensure!(args.vehicles > 0, "--vehicles is 0; the first vehicle carries the sensors");
+    let sensors = match &args.sensors {
+        Some(file) => super::sensors_file::sensors_of(file)?,
+        None => default_sensors(args.width, args.height),
+    };
     let places = places(&args.world.network()?, args.world.seed);
     let settings = Settings { synchronous: 1, pipeline: args.pipeline, ..Settings::default() };
     let stop = stop_on_signals()?;
@@ -88,7 +92,6 @@ pub(crate) fn started(args: &ProfileArgs) -> anyhow::Result<LiveRun> {
     let outcomes = client.try_wire_request("spawn", &spawns)?;
     let ego = outcomes.iter().find_map(|entry| entry.outcome.result().ok());
     let ego = ActorId(ego.context("no vehicle finds a place on this map")?);
-    let sensors = default_sensors(args.width, args.height);
     let mut bundle = client.create_bundle("profile", ego, sensors, 2)?;
     for _ in 0..args.warmup {
         client.tick()?;

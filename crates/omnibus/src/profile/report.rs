@@ -7,8 +7,9 @@ use serde_json::{Value, json};
 use super::{
     limit::Limit,
     live::LiveRun,
-    spans::{PARTS, lengths, percentile_ms},
+    spans::{PARTS, lengths},
 };
+use crate::stage::percentile::percentile_ms;
 
 /// The lengths of one part of a frame, in nanoseconds, in the order of frames.
 pub(crate) struct Series {
@@ -17,8 +18,11 @@ pub(crate) struct Series {
 }
 
 impl Series {
-    /// Percentiles 50, 90, 99 and 100, in milliseconds.
+    /// Percentiles 50, 90, 99 and 100, in milliseconds; zeros without a sample.
     pub(crate) fn percentiles_ms(&self) -> [f64; 4] {
+        if self.nanos.is_empty() {
+            return [0.0; 4];
+        }
         let mut sorted = self.nanos.clone();
         sorted.sort_unstable();
         [0.5, 0.9, 0.99, 1.0].map(|share| percentile_ms(&sorted, share))
@@ -31,11 +35,11 @@ impl Series {
     }
 
     /// A line of a table.
-    pub(crate) fn line(&self) -> String {
+    pub(crate) fn line(&self, indent: &str) -> String {
         let [p50, p90, p99, max] = self.percentiles_ms();
         format!(
             "{:<20} {:>6} {p50:>10.3} {p90:>10.3} {p99:>10.3} {max:>10.3}\n",
-            self.name,
+            format!("{indent}{}", self.name),
             self.nanos.len()
         )
     }
@@ -79,7 +83,7 @@ impl Report<'_> {
         text.push('\n');
         text.push_str(HEAD);
         for series in &self.series {
-            text.push_str(&series.line());
+            text.push_str(&series.line(""));
         }
         let queues = run.queues_max;
         let behind: Vec<String> = run

@@ -43,9 +43,3 @@ pub(crate) fn lengths(part: &Part, clocks: &[StageClock]) -> Vec<u64> {
     // The parts of trailing stages may overlap: what is not after the other is not one.
     spans.filter_map(|(begin, end)| end?.checked_sub(begin?)).collect()
 }
-
-/// The time that `share` of all lengths do not exceed, in milliseconds.
-pub(crate) fn percentile_ms(sorted: &[u64], share: f64) -> f64 {
-    let index = (sorted.len() as f64 * share).ceil() as usize;
-    sorted.get(index.clamp(1, sorted.len().max(1)) - 1).map_or(0.0, |nanos| *nanos as f64 / 1e6)
-}

@@ -55,7 +55,7 @@ pub(crate) fn chrome_trace(run: &LiveRun) -> String {
         .collect();
     // Threads of one process are tracks of their own, too.
     let track = |role: Role| role as u32;
-    let mut events = Vec::new();
+    let (mut events, mut arrows) = (Vec::new(), Vec::new());
     for member in shown {
         let name = match member.role {
             Role::Client => format!("client {:?} (process {})", member.name, member.pid),
@@ -104,9 +104,11 @@ pub(crate) fn chrome_trace(run: &LiveRun) -> String {
             ),
         ];
         for (name, points) in chains {
-            flow(&mut events, name, frame, points, &micros, &track);
+            flow(&mut arrows, name, frame, points, &micros, &track);
         }
     }
+    // Last: a point at the begin of a slice belongs to it.
+    events.append(&mut arrows);
     json!({ "traceEvents": events, "displayTimeUnit": "ms",
         "otherData": { "map": run.map, "omnibus_version": env!("CARGO_PKG_VERSION") } })
     .to_string()
@@ -134,7 +136,7 @@ fn flow(
         };
         // The end of an arrow is bound to the slice around it, as the other points are.
         events.push(json!({ "ph": phase, "bp": "e", "name": name, "cat": "frame",
-            "id": format!("{name} {frame}"), "pid": track(*role), "tid": track(*role),
+            "id": frame, "pid": track(*role), "tid": track(*role),
             "ts": micros(*nanos) }));
     }
 }

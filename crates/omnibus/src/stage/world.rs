@@ -5,7 +5,10 @@ use bus::clock;
 use protocol::Episode;
 use sensor_render::Scene;
 
-use crate::{launch::WorldArgs, stage::percentile::percentile_ms};
+use crate::{
+    launch::WorldArgs,
+    stage::{memory::peak_mb, percentile::percentile_ms},
+};
 
 /// The parts of a world, and the times of building each.
 pub(super) struct Built {
@@ -97,12 +100,4 @@ impl Built {
 fn sorted(mut nanos: Vec<u64>) -> Vec<u64> {
     nanos.sort_unstable();
     nanos
-}
-
-/// Returns the peak memory of this process in megabytes; 0 where the system does not report it.
-fn peak_mb() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kib = line.and_then(|line| line.split_whitespace().next()?.parse::<f64>().ok());
-    kib.unwrap_or(0.0) * 1.024e-3
 }
