@@ -338,3 +338,30 @@ fn a_comparison_finds_a_difference_where_there_is_one() {
     assert_eq!(other["renderer traces"], "faster", "{other:?}");
     assert!(sentence.starts_with("The second run is faster in"), "{sentence}");
 }
+
+#[test]
+fn top_without_a_terminal_prints_participants_stages_and_the_limit() {
+    let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", "sensor-render:20000")]);
+    let name = sim.instance().id().to_owned();
+    let shown = while_ticking(&sim, || printed(&["top", "--name", &name, "--interval", "1.5"]));
+    let host = sim.host_pid().to_string();
+    for part in [
+        &name,
+        "synchronous",
+        "frames/s",
+        "sim-host",
+        "traffic",
+        "sensor-render",
+        "ticker *",
+        &host,
+        "physics",
+        "renderer traces",
+        "snapshot to control",
+        "batches of commands",
+        "Rendering limits the frame rate",
+        "q leaves",
+    ] {
+        assert!(shown.contains(part), "no {part:?}:\n{shown}");
+    }
+    sim.end();
+}

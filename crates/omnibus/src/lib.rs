@@ -26,6 +26,7 @@ mod resimulate;
 mod run;
 mod saved;
 mod stage;
+mod top;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
@@ -56,6 +57,8 @@ enum Verb {
     Inspect(inspect::InspectArgs),
     /// Measures where the time of a frame goes, and names the stage that limits the frame rate
     Profile(profile::ProfileArgs),
+    /// Shows a running simulator: participants, frame rate, stages, queues, the limiting stage
+    Top(top::TopArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
     /// Describes, checks, draws, converts or generates a map
@@ -105,6 +108,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Replay(args) => replay::replay(args),
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Profile(args) => profile::profile(args),
+        Verb::Top(args) => top::top(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),

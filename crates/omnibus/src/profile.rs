@@ -3,12 +3,12 @@
 mod alone;
 mod args;
 mod compare;
-mod limit;
+pub(crate) mod limit;
 mod live;
-mod report;
-mod sampler;
+pub(crate) mod report;
+pub(crate) mod sampler;
 mod sensors_file;
-mod spans;
+pub(crate) mod spans;
 mod trace;
 
 use anyhow::{Context, ensure};

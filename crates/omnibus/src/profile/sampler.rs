@@ -72,6 +72,11 @@ impl Sampler {
         Frame(self.control.tick.get())
     }
 
+    /// How much waited in the host when it published the last frame.
+    pub(crate) fn queues(&self) -> Queues {
+        self.control.queues()
+    }
+
     /// Reads the frames whose instants are all there.
     pub(crate) fn poll(&mut self) {
         let newest = self.control.tick.get();
