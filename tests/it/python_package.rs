@@ -4,12 +4,17 @@
 //! skipped.
 
 use std::{
+    ffi::OsStr,
+    fs,
     path::{Path, PathBuf},
     process::Command,
     sync::OnceLock,
 };
 
-use crate::kit::{Scratch, note_skipped, small_map};
+use crate::{
+    carla::environment,
+    kit::{Scratch, note_skipped, small_map},
+};
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
@@ -74,7 +79,9 @@ fn run(test: &str, script: &str, args: &[&Path]) {
     println!("{}", String::from_utf8_lossy(&ended.stdout));
     let said = String::from_utf8_lossy(&ended.stderr);
     assert!(ended.status.success(), "{script}: {}\n{said}", ended.status);
-    assert!(!said.contains("panicked"), "{script}: {said}");
+    for fault in ["panicked", "ResourceWarning", "Exception ignored"] {
+        assert!(!said.contains(fault), "{script}: {said}");
+    }
 }
 
 #[test]
@@ -86,4 +93,61 @@ fn the_wheel_is_the_entire_installation() {
 #[test]
 fn python_s_views_are_valid_while_they_are_referenced() {
     run("python_s_views_are_valid_while_they_are_referenced", "views.py", &[]);
+}
+
+#[test]
+fn python_s_simulators_end_and_nothing_hangs_or_crashes() {
+    run("python_s_simulators_end_and_nothing_hangs_or_crashes", "processes.py", &[]);
+}
+
+#[test]
+fn the_examples_of_the_python_package_run() {
+    let test = "the_examples_of_the_python_package_run";
+    run(test, "examples.py", &[&root().join("client-lib/python/examples")]);
+}
+
+/// The quick start of the manual and the examples have no fault either.
+#[test]
+fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
+    let test = "mypy_and_pyright_accept_the_package_and_its_stubs_describe_it";
+    let checkers = || {
+        let python = python()?;
+        let checkers = environment(
+            "omnibus-it-python-types",
+            &["mypy==2.4.1", "pyright==1.1.414", "numpy==2.4.6"],
+            "import mypy, pyright, numpy",
+        )?;
+        // It downloads itself when it is used first.
+        output(Command::new(&checkers).args(["-m", "pyright", "--version"]))?;
+        Ok::<_, String>((python, checkers))
+    };
+    let (python, checkers) = match checkers() {
+        Ok(found) => found,
+        Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
+    };
+    let folder = Scratch::new();
+    let manual = fs::read_to_string(root().join("docs/python.md")).unwrap();
+    let quick_start = manual.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
+    fs::write(folder.path().join("quick_start.py"), quick_start).unwrap();
+    for example in fs::read_dir(root().join("client-lib/python/examples")).unwrap().flatten() {
+        fs::copy(example.path(), folder.path().join(example.file_name())).unwrap();
+    }
+    let packages = "import sysconfig; print(sysconfig.get_path('purelib'))";
+    let packages = output(Command::new(&python).args(["-c", packages])).unwrap();
+    let package = Path::new(packages.trim()).join("omnibus");
+    let allowed = root().join("tests/python/stubtest-allowed.txt");
+    let check = |args: &[&dyn AsRef<OsStr>]| {
+        let mut command = Command::new(&checkers);
+        command
+            .arg("-m")
+            .args(args.iter().map(|arg| (*arg).as_ref()))
+            .current_dir(folder.path())
+            .env("PYTHONPATH", packages.trim());
+        let ended = command.output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stdout);
+        assert!(ended.status.success(), "{said}{}", String::from_utf8_lossy(&ended.stderr));
+    };
+    check(&[&"mypy", &"--strict", &"--python-executable", &python, &".", &package]);
+    check(&[&"pyright", &"--pythonpath", &python, &"."]);
+    check(&[&"mypy.stubtest", &"omnibus", &"--allowlist", &allowed]);
 }

@@ -48,6 +48,7 @@ class Simulator:
         self._log = log
         self._owner = os.getpid()
         self._end = weakref.finalize(self, _end, process, self._owner)
+        weakref.finalize(self, log.close)
 
     @property
     def pid(self) -> int:
@@ -87,8 +88,10 @@ class Simulator:
 
 
 def _end(process: subprocess.Popen[bytes], owner: int) -> None:
-    # A forked child leaves the simulator to its parent.
-    if os.getpid() == owner and process.poll() is None:
+    if os.getpid() != owner:
+        # A forked child leaves the simulator to its parent; without a code Popen warns.
+        process.returncode = 0
+    elif process.poll() is None:
         process.terminate()
         try:
             process.wait(_END_SECS)

@@ -1,0 +1,11 @@
+"""The examples of the package, in the folder that is given."""
+
+import os
+import pathlib
+import runpy
+import sys
+
+for example in sorted(pathlib.Path(sys.argv[1]).glob("*.py")):
+    print(example.name, flush=True)
+    sys.argv = [str(example)]
+    runpy.run_path(str(example))["main"](os.environ["OMNIBUS_TEST_MAP"])
