@@ -18,6 +18,7 @@ impl Host {
     /// Advances the world by one tick. This function is the whole tick.
     pub(crate) fn tick(&mut self) -> Result<Frame, HostError> {
         self.shell.tick.begin_nanos = clock::now_nanos();
+        self.shell.clean_up_kept();
         let frame = self.shell.barrier.advance();
         let requests = self.drain_inputs()?;
         let outputs = self.step(&requests)?;

@@ -129,6 +129,8 @@ fn dies_at(role: Role, point: &str) {
     while deaths(&sim.log()) < wanted {
         seen.push(judge.tick());
         if early.is_none() && deaths(&sim.log()) >= wanted / 4 {
+            // What a dead renderer left is removed with the next tick.
+            seen.push(judge.tick());
             early = Some(footprint(&sim));
         }
         assert!(
@@ -138,6 +140,7 @@ fn dies_at(role: Role, point: &str) {
             seen.len()
         );
     }
+    seen.push(judge.tick());
     let late = footprint(&sim);
     let count = deaths(&sim.log());
     drop(judge);
@@ -161,9 +164,12 @@ fn dies_joining(role: Role) {
         seen.push(judge.tick());
         eventually("its successor", || sim.pid(role).is_some_and(|new| new != pid));
         if early.is_none() && deaths(&sim.log()) >= wanted / 2 {
+            // What a dead renderer left is removed with the next tick.
+            seen.push(judge.tick());
             early = Some(footprint(&sim));
         }
     }
+    seen.push(judge.tick());
     let late = footprint(&sim);
     let count = deaths(&sim.log());
     drop(judge);
@@ -205,6 +211,28 @@ fn frames_of_a_dead_pipelined_renderer_still_arrive() {
     }
     assert_eq!(judge.bundle.missed(), 0);
     println!("pipelined: {} deaths in {ticks} frames", deaths(&sim.log()));
+    drop(judge);
+    sim.end();
+}
+
+#[test]
+fn a_measurement_outlives_the_renderer_that_sent_it() {
+    let sim = Sim::start(&[]);
+    let mut judge = Judge::new(&sim);
+    judge.tick();
+    let renderer = || sim.pid(Role::Render).expect("a renderer");
+    let (mut last, mut measured) = (renderer(), 0);
+    for _ in 0..10 {
+        // The next renderer measures the frame and dies before the client looks for its bundle.
+        kill(last, Signal::KILL);
+        let frame = judge.client.tick().unwrap();
+        last = renderer();
+        kill(last, Signal::KILL);
+        eventually("the renderer after it", || sim.pid(Role::Render).is_some_and(|p| p != last));
+        last = renderer();
+        measured += usize::from(judge.bundle.latest().unwrap().is_some_and(|m| m.frame() == frame));
+    }
+    assert_eq!(measured, 10, "of 10 frames; {}", sim.log());
     drop(judge);
     sim.end();
 }

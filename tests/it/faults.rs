@@ -223,6 +223,8 @@ fn processes_of_every_kind_may_be_killed_and_stopped_at_random_times() {
             drop(judge);
             eventually("the end of every process", || !members.iter().any(|pid| lives(*pid)));
         } else {
+            // What a dead renderer left is removed with the next tick.
+            judge.try_tick().unwrap();
             let after = (footprint(&sim), open_files(sim.host_pid()));
             flat("faults", before.0, after.0);
             assert!(after.1 <= before.1 + 4, "open files of the host: {before:?} -> {after:?}");
@@ -231,6 +233,9 @@ fn processes_of_every_kind_may_be_killed_and_stopped_at_random_times() {
         recorded += check_recording(&path, reference);
         let log = sim.log();
         assert!(!log.contains("panicked"), "{log}");
+        if is_soak() {
+            println!("simulator {session}: {frames} frames, {total:?}");
+        }
         match Arc::into_inner(sim) {
             Some(sim) if !ends_with_host => drop(sim.end()),
             Some(mut sim) => drop(sim.wait()),

@@ -9,6 +9,9 @@ use crate::{HostError, barrier::OnDeath, supervisor::Death};
 /// Number of deaths of a stage in one frame after which it is not restarted.
 const DEATHS_MAX: u32 = 5;
 
+/// Dead processes whose ports stay on the bus: a bundle has room for so many more renderers.
+const KEPT_DEATHS_MAX: u32 = 2;
+
 impl Shell {
     /// Handles deaths, joins, requests and leaves of all slots.
     pub(crate) fn service_slots(&mut self) -> Result<(), HostError> {
@@ -150,6 +153,28 @@ impl Shell {
         }
     }
 
+    /// Removes what dead processes left on the bus; returns how much could not be removed.
+    ///
+    /// In synchronous mode what a renderer left stays until the next tick: the ticking client looks
+    /// for the measurements of a frame after its end, and may not have seen this renderer before.
+    fn clean_up(&mut self, role: Option<Role>) -> u64 {
+        let is_kept = role == Some(Role::Render) || self.kept_deaths > 0;
+        let has_room = self.kept_deaths < KEPT_DEATHS_MAX;
+        if is_kept && has_room && self.settings.synchronous != 0 {
+            self.kept_deaths += 1;
+            return 0;
+        }
+        self.kept_deaths = 0;
+        self.supervisor.clean_up()
+    }
+
+    /// For the begin of a tick: removes what was kept.
+    pub(crate) fn clean_up_kept(&mut self) {
+        if std::mem::take(&mut self.kept_deaths) > 0 {
+            self.supervisor.clean_up();
+        }
+    }
+
     fn clean_up_dead(&mut self, slot: usize, death: Death) -> Result<(), HostError> {
         let Death { why, has_message } = death;
         let words = self.control.slot(slot);
@@ -167,7 +192,7 @@ impl Shell {
         // Data of the dead process is received before it is removed.
         self.receive_decided()?;
         self.inbox.drain(&self.ports, true)?;
-        let stuck = self.supervisor.clean_up();
+        let stuck = self.clean_up(role);
         let Some(role) = role else {
             self.barrier.dies(slot);
             self.control.leave_verdict_to_host();
