@@ -12,6 +12,7 @@ mod camera;
 mod carla;
 mod collect;
 mod cores;
+mod environment;
 mod figure;
 mod handover;
 mod host;
@@ -107,6 +108,8 @@ enum Verb {
     Recovery,
     /// The tick of a client beside floods, many connections and slow readers
     Quiet,
+    /// Steps of a driving environment in one process
+    Environment,
     /// The official carla package through the CARLA server
     CarlaClient,
     /// From OpenDRIVE text to a network that answers queries
@@ -122,7 +125,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 16] = [
+const VERBS: [(&str, Measure); 17] = [
     ("tick", tick::measure),
     ("host", host::measure),
     ("rest", rest::measure),
@@ -137,6 +140,7 @@ const VERBS: [(&str, Measure); 16] = [
     ("latency", latency::measure),
     ("recovery", recovery::measure),
     ("quiet", quiet::measure),
+    ("environment", environment::measure),
     ("map", map::measure),
     ("world", world::measure),
 ];

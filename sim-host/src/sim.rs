@@ -176,6 +176,11 @@ impl Sim {
         }
     }
 
+    /// Returns a simulation of the same map at frame 0 of its first episode, with another seed.
+    pub fn restarted(&self, seed: u64) -> Sim {
+        Sim::of(self.world.restarted(seed))
+    }
+
     /// Advances by one frame: the decision of traffic acts, then commands, then physics.
     ///
     /// # Errors

@@ -77,7 +77,12 @@ impl World {
 
     /// Returns the world of the same map and seed at frame 0.
     pub(crate) fn at_start(&self) -> World {
-        World::of_map(Arc::clone(&self.map), self.seed)
+        self.restarted(self.seed)
+    }
+
+    /// Returns the world of the same map with another seed at frame 0.
+    pub(crate) fn restarted(&self, seed: u64) -> World {
+        World::of_map(Arc::clone(&self.map), seed)
     }
 
     fn of_map(map: Arc<MapState>, seed: u64) -> World {

@@ -17,6 +17,7 @@ mod client;
 mod crash;
 mod demo;
 mod draw;
+mod environment;
 mod episodes;
 mod exact;
 mod examples;

@@ -61,10 +61,18 @@ struct Scratch {
 impl Planner {
     /// Creates a planner for a map. `seed` decides all random turns.
     pub fn new(network: Arc<road::Network>, seed: u64) -> Planner {
-        let map = Map::new(&network);
+        Planner::of(Arc::new(Map::new(&network)), seed)
+    }
+
+    /// Returns a planner of the same map that has planned nothing, with another seed.
+    pub fn restarted(&self, seed: u64) -> Planner {
+        Planner::of(Arc::clone(&self.map), seed)
+    }
+
+    fn of(map: Arc<Map>, seed: u64) -> Planner {
         let clocks = vec![0; map.signals.cycles()];
         Planner {
-            map: Arc::new(map),
+            map,
             seed,
             state: PlannerState { clocks, ..PlannerState::default() },
             controls: Vec::new(),

@@ -1,0 +1,49 @@
+use protocol::Refusal;
+
+/// Why an environment cannot be made, begun or advanced.
+#[derive(Debug, thiserror::Error)]
+pub enum EnvironmentError {
+    /// The map cannot be read.
+    #[error(transparent)]
+    Map(#[from] bake::MapError),
+    /// A value of the configuration is out of its range.
+    #[error("{name} is {value}, must be {range}")]
+    Config {
+        /// The field.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// A number of an action is out of its range.
+    #[error("the action is [{steer}, {pedal}], both must be -1 to 1")]
+    Action {
+        /// The first number.
+        steer: f32,
+        /// The second number.
+        pedal: f32,
+    },
+    /// No spawn point begins a route.
+    #[error(
+        "none of the {places} spawn points of the map begins a route of {route_m} m; \
+         use a shorter route_m, or a larger map"
+    )]
+    NoRoute {
+        /// The spawn points.
+        places: usize,
+        /// The length that was requested.
+        route_m: f32,
+    },
+    /// There are too few places for vehicles.
+    #[error("{found} of {wanted} vehicles find a place on the map; use fewer, or a larger map")]
+    NoPlace {
+        /// The vehicles that were spawned.
+        found: usize,
+        /// The vehicles that were requested.
+        wanted: usize,
+    },
+    /// The simulation refused a command.
+    #[error(transparent)]
+    Refused(#[from] Refusal),
+}
