@@ -43,7 +43,7 @@ pub const STATE: usize = 8 + 2 * AHEAD_M.len();
 pub struct Config {
     /// Other vehicles, driven by traffic.
     pub vehicles: usize,
-    /// Length of a frame. Seconds, 0.005 to 0.1.
+    /// Length of a frame, rounded to a microsecond. Seconds, 0.005 to 0.1.
     pub frame_s: f32,
     /// Frames for each step, which all have the same action. 1 to 100.
     pub frames_per_step: u32,
@@ -445,7 +445,7 @@ fn begin(
     let (_, pose) = places.swap_remove(index);
     let mut simulation = map.blank.restarted(seed);
     let settings = Settings {
-        delta_nanos: (f64::from(config.frame_s) * 1e9).round() as u64,
+        delta_nanos: (f64::from(config.frame_s) * 1e6).round() as u64 * 1000,
         ..*simulation.sim().settings()
     };
     simulation.apply(Command::SetSettings(settings)).result()?;

@@ -11,6 +11,7 @@ mod simulation;
 #[cfg(test)]
 mod tests;
 
+pub use bake::Cache;
 pub use environment::{Config, Ending, Environment, EnvironmentMap, Reward, STATE, Step};
 pub use error::EnvironmentError;
 pub use simulation::Simulation;

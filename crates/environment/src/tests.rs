@@ -115,6 +115,7 @@ fn what_is_out_of_range_is_refused_by_name() {
 fn a_truncated_episode_ends_after_its_steps() {
     let config = Config { steps_max: 3, ..Config::default() };
     let mut environment = Environment::new(map(), config, 1).unwrap();
+    assert_eq!(environment.simulation().sim().settings().delta_nanos, 50_000_000);
     let endings: Vec<_> = (0..3).map(|_| environment.step([0.0, -1.0]).unwrap().ending).collect();
     assert_eq!(endings, [None, None, Some(Ending::Steps)]);
 }
