@@ -36,7 +36,8 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("client-lib", &["bake", "bus", "mesh", "protocol", "road", "town"]),
     ("python", &["client-lib", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
-    ("bench", &["bake", "client-lib", "mapgen", "mesh", "road", "town"]),
+    ("environment", &["bake", "mapgen", "mesh", "protocol", "road", "sim-host", "town", "traffic"]),
+    ("bench", &["bake", "client-lib", "environment", "mapgen", "mesh", "road", "town"]),
     ("fuzz", &["carla-gateway", "mesh", "protocol", "record", "road", "sim-host", "town"]),
     (
         "omnibus",
@@ -59,6 +60,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     (
         "tests",
         &[
+            "environment",
             "bus",
             "protocol",
             "mesh",
