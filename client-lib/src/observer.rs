@@ -109,7 +109,12 @@ impl Observer {
                 if let Some(follower) = &mut self.follower {
                     follower.compare(self.frame, snapshot.actors());
                 }
-                self.world = Some(Arc::new(World::new(snapshot)));
+                let world = World::new(snapshot);
+                // Without an allocation, unless the older one is shared.
+                match self.world.as_mut().and_then(Arc::get_mut) {
+                    Some(last) => *last = world,
+                    None => self.world = Some(Arc::new(world)),
+                }
                 is_newer = true;
             }
         }
