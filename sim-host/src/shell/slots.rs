@@ -157,6 +157,8 @@ impl Shell {
     ///
     /// In synchronous mode what a renderer left stays until the next tick: the ticking client looks
     /// for the measurements of a frame after its end, and may not have seen this renderer before.
+    /// What other processes leave until then stays too: the bus removes the ports of all dead
+    /// processes at once.
     fn clean_up(&mut self, role: Option<Role>) -> u64 {
         let is_kept = role == Some(Role::Render) || self.kept_deaths > 0;
         let has_room = self.kept_deaths < KEPT_DEATHS_MAX;
