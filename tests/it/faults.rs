@@ -82,7 +82,8 @@ impl Drop for Observer {
     }
 }
 
-/// Ends the host when the thread of the faults fails, so that the test ends too.
+/// Ends the host when the thread of the faults or that of the test fails: the other one ends then,
+/// and no simulator is left.
 struct EndsHostOnPanic(u32);
 
 impl Drop for EndsHostOnPanic {
@@ -168,6 +169,7 @@ fn processes_of_every_kind_may_be_killed_and_stopped_at_random_times() {
     let begun = Instant::now();
     for session in 0..sessions {
         let sim = Arc::new(Sim::start_named(&name, &["--carla-port", "0"], &[]));
+        let _guard = EndsHostOnPanic(sim.host_pid());
         let mut judge = Judge::new(&sim);
         let path = scratch.path().join("faults.mcap");
         judge.client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
