@@ -3,7 +3,7 @@
 use std::{fs, sync::Arc, time::Instant};
 
 use bake::Cache;
-use environment::{Config, Environment, EnvironmentMap};
+use environment::{Action, Config, Environment, EnvironmentMap};
 
 use crate::{
     Effort,
@@ -36,11 +36,11 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         let mut lidar = Vec::new();
         for _ in 0..effort.count(STEPS) {
             let begin = Instant::now();
-            let speed_mps = environment.state()[0] * 30.0;
-            let steer =
-                (2.0 * environment.state()[11].atan2(environment.state()[10])).clamp(-1.0, 1.0);
-            let step = environment.step([steer, (0.5 * (5.0 - speed_mps)).clamp(-1.0, 1.0)])?;
-            environment.lidar(&mut lidar);
+            let state = environment.egos()[0].state();
+            let steer = (2.0 * state[11].atan2(state[10])).clamp(-1.0, 1.0);
+            let pedal = (0.5 * (5.0 - state[0] * 30.0)).clamp(-1.0, 1.0);
+            let step = environment.step(&[Action::Pedals { steer, pedal }])?[0];
+            environment.lidar(0, &mut lidar);
             nanos.push(begin.elapsed().as_nanos() as u64);
             if step.ending.is_some() {
                 seed += 1;

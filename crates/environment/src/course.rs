@@ -108,10 +108,12 @@ impl Course {
         }
     }
 
-    /// Returns the point `ahead_m` metres after a place; the last one beyond the end.
-    pub(crate) fn ahead(&self, of: &OnCourse, ahead_m: f32) -> Vec3 {
+    /// Returns the point `ahead_m` metres after a place, or the last one beyond the end, `left_m`
+    /// metres to the left of it.
+    pub(crate) fn beside(&self, of: &OnCourse, ahead_m: f32, left_m: f32) -> Vec3 {
         let index = ((of.along_m + ahead_m) / SPACING_M).max(0.0).round() as usize;
-        self.points[index.min(self.points.len() - 1)].position
+        let point = &self.points[index.min(self.points.len() - 1)];
+        point.position + (left_m * point.tangent.perp()).extend(0.0)
     }
 
     /// Returns the first point.

@@ -17,12 +17,24 @@ pub enum EnvironmentError {
         range: &'static str,
     },
     /// A number of an action is out of its range.
-    #[error("the action is [{steer}, {pedal}], both must be -1 to 1")]
+    #[error("{name} in the action of ego vehicle {ego} is {value}, must be {range}")]
     Action {
-        /// The first number.
-        steer: f32,
-        /// The second number.
-        pedal: f32,
+        /// The index of the ego vehicle.
+        ego: usize,
+        /// The number.
+        name: &'static str,
+        /// Its value.
+        value: f32,
+        /// What it may be.
+        range: &'static str,
+    },
+    /// There are more or fewer actions than ego vehicles.
+    #[error("{given} actions for {egos} ego vehicles; give one to each")]
+    Actions {
+        /// The actions.
+        given: usize,
+        /// The ego vehicles.
+        egos: usize,
     },
     /// No spawn point begins a route.
     #[error(
@@ -33,6 +45,19 @@ pub enum EnvironmentError {
         /// The spawn points.
         places: usize,
         /// The length that was requested.
+        route_m: f32,
+    },
+    /// Too few spawn points begin a route.
+    #[error(
+        "{found} of {wanted} ego vehicles find a start of a route of {route_m} m; use fewer, a \
+         shorter route_m, or a larger map"
+    )]
+    NoStart {
+        /// The starts that were found.
+        found: usize,
+        /// The ego vehicles that were requested.
+        wanted: usize,
+        /// The length that was requested. Metres.
         route_m: f32,
     },
     /// There are too few places for vehicles.

@@ -1,9 +1,11 @@
-//! A driving environment in one process: the simulation core and traffic without the bus, an ego
-//! vehicle on a route, observations and rewards.
+//! A driving environment in one process: the simulation core and traffic without the bus, ego
+//! vehicles on routes, observations and rewards.
 //!
 //! SI units, radians, right-handed: x forward, y left, z up.
 
+mod config;
 mod course;
+mod ego;
 mod environment;
 mod error;
 mod lidar;
@@ -12,6 +14,8 @@ mod simulation;
 mod tests;
 
 pub use bake::Cache;
-pub use environment::{Config, Ending, Environment, EnvironmentMap, Reward, STATE, Step};
+pub use config::{Config, Reward};
+pub use ego::{Action, Ego, Ending, STATE, Step};
+pub use environment::{Environment, EnvironmentMap};
 pub use error::EnvironmentError;
 pub use simulation::Simulation;

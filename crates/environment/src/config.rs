@@ -1,0 +1,112 @@
+//! The configuration of an environment.
+
+use crate::error::EnvironmentError;
+
+/// What decides an episode beside its seed and the actions.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Config {
+    /// Ego vehicles, each on a route of its own. 1 to 64.
+    pub egos: usize,
+    /// Other vehicles, driven by traffic.
+    pub vehicles: usize,
+    /// Length of a frame, rounded to a microsecond. Seconds, 0.005 to 0.1.
+    pub frame_s: f32,
+    /// Frames for each step, which all have the same action. 1 to 100.
+    pub frames_per_step: u32,
+    /// Length of the route. Metres, 10 to 10 000.
+    pub route_m: f32,
+    /// Steps after which an episode is truncated; 0: never.
+    pub steps_max: u32,
+    /// Rays of the lidar, 0 to 4096.
+    pub lidar_rays: usize,
+    /// Range of the lidar. Metres, 1 to 500.
+    pub lidar_range_m: f32,
+    /// How far beside its lane the vehicle's middle may be. Metres.
+    pub off_route_m: f32,
+    /// Rewards.
+    pub reward: Reward,
+}
+
+impl Default for Config {
+    fn default() -> Config {
+        Config {
+            egos: 1,
+            vehicles: 12,
+            frame_s: 0.05,
+            frames_per_step: 2,
+            route_m: 300.0,
+            steps_max: 1000,
+            lidar_rays: 240,
+            lidar_range_m: 50.0,
+            off_route_m: 0.5,
+            reward: Reward::default(),
+        }
+    }
+}
+
+impl Config {
+    pub(crate) fn check(&self) -> Result<(), EnvironmentError> {
+        let range = |name, value: f64, low: f64, high: f64, range| match value {
+            v if (low..=high).contains(&v) => Ok(()),
+            value => Err(EnvironmentError::Config { name, value, range }),
+        };
+        range("egos", self.egos as f64, 1.0, 64.0, "1 to 64")?;
+        range("vehicles", self.vehicles as f64, 0.0, 1000.0, "0 to 1000")?;
+        range("frame_s", self.frame_s.into(), 0.005, 0.100_01, "0.005 to 0.1")?;
+        range("frames_per_step", self.frames_per_step.into(), 1.0, 100.0, "1 to 100")?;
+        range("route_m", self.route_m.into(), 10.0, 10_000.0, "10 to 10000")?;
+        range("lidar_rays", self.lidar_rays as f64, 0.0, 4096.0, "0 to 4096")?;
+        range("lidar_range_m", self.lidar_range_m.into(), 1.0, 500.0, "1 to 500")?;
+        range("off_route_m", self.off_route_m.into(), 0.0, 1000.0, "0 to 1000")?;
+        let reward = &self.reward;
+        for (name, value) in [
+            ("reward.per_metre", reward.per_metre),
+            ("reward.speed", reward.speed),
+            ("reward.speeding", reward.speeding),
+            ("reward.off_centre", reward.off_centre),
+            ("reward.steering", reward.steering),
+            ("reward.arrival", reward.arrival),
+            ("reward.collision", reward.collision),
+            ("reward.off_route", reward.off_route),
+        ] {
+            range(name, value.into(), -1e6, 1e6, "-1000000 to 1000000")?;
+        }
+        Ok(())
+    }
+}
+
+/// The rewards of a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reward {
+    /// For each metre along the route.
+    pub per_metre: f32,
+    /// Times the speed as a fraction of the speed limit, at most 1.
+    pub speed: f32,
+    /// Times the speed above the limit, as a fraction of the limit.
+    pub speeding: f32,
+    /// Times the distance from the middle of the lane, as a fraction of half its width, at most 1.
+    pub off_centre: f32,
+    /// Times the change of the steering wheel since the step before, 0 to 2.
+    pub steering: f32,
+    /// At the end of the route.
+    pub arrival: f32,
+    /// At a collision.
+    pub collision: f32,
+    /// Beside the route.
+    pub off_route: f32,
+}
+
+impl Default for Reward {
+    fn default() -> Reward {
+        Reward {
+            per_metre: 1.0,
+            speed: 0.1,
+            speeding: -5.0,
+            off_centre: -0.1,
+            steering: -0.1,
+            arrival: 10.0,
+            collision: -5.0,
+            off_route: -5.0,
+        }
+    }
+}
