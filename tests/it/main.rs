@@ -8,6 +8,7 @@ mod kit;
 mod allocations;
 mod alone;
 mod bones;
+mod c_interface;
 mod carla;
 mod carla_clients;
 mod carla_maps;

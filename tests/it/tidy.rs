@@ -34,6 +34,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("traffic", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
     ("sensor-render", &["bake", "bus", "mapgen", "mesh", "protocol", "road", "town"]),
     ("client-lib", &["bake", "bus", "mesh", "protocol", "road", "town"]),
+    ("c", &["client-lib"]),
     ("python", &["client-lib", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("environment", &["bake", "mapgen", "mesh", "protocol", "road", "sim-host", "town", "traffic"]),

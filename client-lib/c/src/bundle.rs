@@ -1,0 +1,303 @@
+//! Cameras and lidars, and what they measured.
+#![expect(unsafe_code, reason = "names of C functions")]
+
+use std::{
+    ffi::{c_char, c_void},
+    mem::MaybeUninit,
+    ptr,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU32, Ordering},
+    },
+};
+
+use client_lib::{
+    ActorId, CameraOptions, CameraOutputs, LidarOptions, LidarOutputs, Measurement, Sensor,
+    SensorBundle,
+};
+
+use crate::{
+    argument::{place, text},
+    client::{OmnibusClient, enter, lock},
+    status::{Fault, OmnibusStatus, call},
+    world::OmnibusPose,
+};
+
+/// Camera: red, green, blue, 255; sRGB, 4 bytes a pixel.
+pub const OMNIBUS_OUTPUT_COLOR: u32 = 1;
+/// Camera: metres along the optical axis, one float a pixel.
+pub const OMNIBUS_OUTPUT_DEPTH: u32 = 2;
+/// Camera: the semantic tag, one byte a pixel.
+pub const OMNIBUS_OUTPUT_TAG: u32 = 4;
+/// Camera: the actor's id, or that of a static object with the top bit set; one uint32_t a pixel.
+pub const OMNIBUS_OUTPUT_INSTANCE: u32 = 8;
+/// Lidar: x, y, z in sensor space (metres) and intensity (0 to 1), four floats a ray; zeros where
+/// nothing was hit. Column by column, and in each column from the highest channel down.
+pub const OMNIBUS_OUTPUT_POINTS: u32 = 16;
+/// Lidar: instance and semantic tag, two uint32_t a ray.
+pub const OMNIBUS_OUTPUT_LABELS: u32 = 32;
+
+/// The most measurements of one bundle that may be held at a time.
+pub const OMNIBUS_HELD_MAX: u32 = 7;
+
+/// A pinhole camera without distortion; pixel (0, 0) is at the top left.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct OmnibusCamera {
+    /// parent_from_sensor: in the space of the actor that carries it. Sensor space is x forward,
+    /// y left, z up.
+    pub pose: OmnibusPose,
+    /// Width of the image, pixels.
+    pub width: u32,
+    /// Height of the image, pixels.
+    pub height: u32,
+    /// Horizontal field of view, radians, above 0 and below pi; pixels are square.
+    pub fov_rad: f32,
+    /// Bits OMNIBUS_OUTPUT_… of a camera, at least one.
+    pub outputs: u32,
+    /// How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
+    pub held_max: u32,
+}
+
+/// A lidar without noise that measures its whole field of view in every frame.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct OmnibusLidar {
+    /// parent_from_sensor: in the space of the actor that carries it. Sensor space is x forward,
+    /// y left, z up.
+    pub pose: OmnibusPose,
+    /// Number of channels (beams), spaced equally between the two elevations.
+    pub channels: u32,
+    /// Azimuth steps.
+    pub columns: u32,
+    /// Horizontal field of view, radians; 2 pi is a full turn.
+    pub fov_rad: f32,
+    /// Elevation of the lowest channel, radians, positive upwards.
+    pub lower_rad: f32,
+    /// Elevation of the highest channel, radians, positive upwards.
+    pub upper_rad: f32,
+    /// Longest range, metres.
+    pub range_m: f32,
+    /// Bits OMNIBUS_OUTPUT_… of a lidar, at least one.
+    pub outputs: u32,
+    /// How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
+    pub held_max: u32,
+}
+
+/// A camera or lidar in the simulator, and the stream of its measurements. One thread at a time
+/// uses it.
+pub struct OmnibusBundle {
+    bundle: Mutex<SensorBundle>,
+    held: Arc<AtomicU32>,
+    held_max: u32,
+}
+
+impl OmnibusBundle {
+    /// Calls `receive` if one more measurement may be held.
+    fn take(
+        &self,
+        receive: impl FnOnce(&mut SensorBundle) -> Result<Option<Measurement>, Fault>,
+    ) -> Result<Option<Box<OmnibusMeasurement>>, Fault> {
+        let mut bundle = lock(&self.bundle, "bundle")?;
+        let held = self.held.load(Ordering::Acquire);
+        if held >= self.held_max {
+            return Err(Fault::new(
+                OmnibusStatus::Held,
+                format!(
+                    "{held} measurements of this bundle are held, its held_max; release one, or \
+                     create the bundle with a larger held_max, at most {OMNIBUS_HELD_MAX}"
+                ),
+            ));
+        }
+        let measured = receive(&mut bundle)?;
+        Ok(measured.map(|measured| {
+            self.held.fetch_add(1, Ordering::AcqRel);
+            Box::new(OmnibusMeasurement { measured, held: Arc::clone(&self.held) })
+        }))
+    }
+}
+
+/// What a bundle measured at one frame, in the renderer's own memory. Any number of threads may
+/// read it.
+pub struct OmnibusMeasurement {
+    measured: Measurement,
+    /// Of its bundle.
+    held: Arc<AtomicU32>,
+}
+
+impl Drop for OmnibusMeasurement {
+    fn drop(&mut self) {
+        self.held.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// One output of a measurement.
+#[derive(Clone, Copy, Debug)]
+#[repr(C)]
+pub struct OmnibusData {
+    /// The values, as the output says. Read-only, in shared memory; valid until the measurement is
+    /// released.
+    pub bytes: *const c_void,
+    /// Their size in bytes.
+    pub byte_len: usize,
+    /// Camera: pixels across. Lidar: azimuth steps.
+    pub width: u32,
+    /// Camera: pixels down. Lidar: channels.
+    pub height: u32,
+    /// The measured frame.
+    pub frame: u64,
+    /// Simulated time of that frame.
+    pub sim_time_nanos: u64,
+    /// world_from_sensor at that frame.
+    pub world_from_sensor: OmnibusPose,
+}
+
+fn create(
+    client: Option<&OmnibusClient>,
+    parent: u32,
+    sensor: Sensor,
+    held_max: u32,
+    bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
+) -> Result<(), Fault> {
+    let place = place(bundle, "bundle")?;
+    if !(1..=OMNIBUS_HELD_MAX).contains(&held_max) {
+        let text = format!("held_max is {held_max}, not 1 to OMNIBUS_HELD_MAX, {OMNIBUS_HELD_MAX}");
+        return Err(Fault::argument(text));
+    }
+    let name = sensor.name.clone();
+    let mut client = enter(client)?;
+    // One more than may be held: the one that arrives.
+    let created = client.create_bundle(&name, ActorId(parent), [sensor], held_max + 1)?;
+    place.write(Box::new(OmnibusBundle {
+        bundle: Mutex::new(created),
+        held: Arc::default(),
+        held_max,
+    }));
+    Ok(())
+}
+
+fn unknown_outputs(outputs: u32) -> Fault {
+    Fault::argument(format!("outputs are {outputs:#x}, which has bits of no output of this sensor"))
+}
+
+/// Mounts a camera on an actor, or in the world (`parent` 0). It measures from the next frame on.
+/// `*bundle` belongs to the caller, who gives it to omnibus_destroy_bundle().
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_create_camera(
+    client: Option<&OmnibusClient>,
+    name: *const c_char,
+    parent: u32,
+    camera: Option<&OmnibusCamera>,
+    bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
+) -> OmnibusStatus {
+    call("omnibus_create_camera", || {
+        let OmnibusCamera { pose, width, height, fov_rad, outputs, held_max } =
+            *camera.ok_or_else(|| Fault::null("camera"))?;
+        let outputs = CameraOutputs::from_bits(outputs).ok_or_else(|| unknown_outputs(outputs))?;
+        let options = CameraOptions::new(width, height, fov_rad).outputs(outputs);
+        let sensor = Sensor::new(text(name, "name")?, pose.checked("pose")?, options);
+        create(client, parent, sensor, held_max, bundle)
+    })
+}
+
+/// Mounts a lidar: as omnibus_create_camera().
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_create_lidar(
+    client: Option<&OmnibusClient>,
+    name: *const c_char,
+    parent: u32,
+    lidar: Option<&OmnibusLidar>,
+    bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
+) -> OmnibusStatus {
+    call("omnibus_create_lidar", || {
+        let lidar = *lidar.ok_or_else(|| Fault::null("lidar"))?;
+        let outputs = LidarOutputs::from_bits(lidar.outputs);
+        let outputs = outputs.ok_or_else(|| unknown_outputs(lidar.outputs))?;
+        let between = [lidar.lower_rad, lidar.upper_rad];
+        let options = LidarOptions::new(lidar.channels, lidar.columns, between, lidar.range_m)
+            .fov_rad(lidar.fov_rad)
+            .outputs(outputs);
+        let sensor = Sensor::lidar(text(name, "name")?, lidar.pose.checked("pose")?, options);
+        create(client, parent, sensor, lidar.held_max, bundle)
+    })
+}
+
+/// Returns the newest measurement that was not received yet; older ones are dropped. `*measurement`
+/// is NULL if there is none. Does not wait. The caller gives it to omnibus_release().
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_latest(
+    bundle: Option<&OmnibusBundle>,
+    measurement: Option<&mut MaybeUninit<Option<Box<OmnibusMeasurement>>>>,
+) -> OmnibusStatus {
+    call("omnibus_latest", || {
+        let place = place(measurement, "measurement")?;
+        let bundle = bundle.ok_or_else(|| Fault::null("bundle"))?;
+        place.write(bundle.take(|bundle| Ok(bundle.latest()?))?);
+        Ok(())
+    })
+}
+
+/// Waits for the next measurement of a bundle: for pipelined worlds, and those on their own clock.
+/// The caller gives it to omnibus_release().
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_await_measurement(
+    client: Option<&OmnibusClient>,
+    bundle: Option<&OmnibusBundle>,
+    measurement: Option<&mut MaybeUninit<Option<Box<OmnibusMeasurement>>>>,
+) -> OmnibusStatus {
+    call("omnibus_await_measurement", || {
+        let place = place(measurement, "measurement")?;
+        let bundle = bundle.ok_or_else(|| Fault::null("bundle"))?;
+        let measured = bundle.take(|bundle| Ok(Some(enter(client)?.await_measurement(bundle)?)))?;
+        // It returns a measurement or an error.
+        place.write(measured);
+        Ok(())
+    })
+}
+
+/// Returns one output of a measurement, OMNIBUS_OUTPUT_…: where it lies, without a copy.
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_data(
+    measurement: Option<&OmnibusMeasurement>,
+    output: u32,
+    data: Option<&mut MaybeUninit<OmnibusData>>,
+) -> OmnibusStatus {
+    call("omnibus_data", || {
+        let place = place(data, "data")?;
+        let measured = &measurement.ok_or_else(|| Fault::null("measurement"))?.measured;
+        let found = measured.plane(0, output).zip(measured.data(0, output));
+        let (plane, bytes) = found.ok_or_else(|| {
+            Fault::argument(format!(
+                "the sensor has no output {output:#x}; set it in outputs when it is created"
+            ))
+        })?;
+        place.write(OmnibusData {
+            bytes: ptr::from_ref(bytes).cast(),
+            byte_len: bytes.len(),
+            width: plane.width,
+            height: plane.height,
+            frame: measured.frame().0,
+            sim_time_nanos: measured.header().stamp.sim_time_nanos,
+            world_from_sensor: plane.world_from_sensor.into(),
+        });
+        Ok(())
+    })
+}
+
+/// Gives a measurement's memory back to the renderer; NULL is ignored.
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_release(measurement: Option<Box<OmnibusMeasurement>>) {
+    call("omnibus_release", || {
+        drop(measurement);
+        Ok(())
+    });
+}
+
+/// Destroys a bundle; NULL is ignored. Its measurements stay valid until they are released.
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_destroy_bundle(bundle: Option<Box<OmnibusBundle>>) {
+    call("omnibus_destroy_bundle", || {
+        drop(bundle);
+        Ok(())
+    });
+}
