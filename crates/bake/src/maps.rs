@@ -90,6 +90,21 @@ impl Cache {
         self.find_town(open_drive, seed).unwrap_or_else(|| town::furnish(network, seed))
     }
 
+    /// The part of the town round `network` that decides physics: [`Town::without_scenery`]. It is
+    /// kept.
+    pub fn ground_around(&self, network: &Network, open_drive: &str, seed: u64) -> Town {
+        let key = Key::new("ground", "", open_drive, seed, Detail::Standard);
+        let kept = self.find(key).and_then(|mut parts| parts.take::<u8>());
+        if let Some(town) = kept.and_then(|bytes| town_from_bytes(&bytes).ok()) {
+            return town;
+        }
+        let town = self.town_around(network, open_drive, seed).without_scenery();
+        if self.is_enabled() {
+            self.keep(key, &[&town_to_bytes(&town)]);
+        }
+        town
+    }
+
     /// The first half of [`Cache::town`]: finds everything that can be wrong with the map.
     ///
     /// # Errors

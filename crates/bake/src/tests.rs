@@ -318,3 +318,21 @@ fn a_baked_town_reads_back_unchanged() {
     other[8] += 1;
     assert!(matches!(town_from_bytes(&other), Err(TownError::Version { .. })));
 }
+
+#[test]
+fn the_ground_of_a_town_is_kept_without_its_scenery() {
+    let folder = Folder::new("ground");
+    let cache = Cache::in_folder(&folder.0);
+    let text = mapgen::default_map().1;
+    let network = Network::parse(&text).expect("a map");
+    let first = cache.ground_around(&network, &text, 4);
+    let town = furnish(&network, 4);
+    assert!(first == town.without_scenery(), "another town");
+    assert_eq!((&first.colliders, &first.heads), (&town.colliders, &town.heads));
+    let ground = town.mesh.faces.iter().filter(|face| face.object == 0).count();
+    assert_eq!(first.mesh.faces.len(), ground);
+    assert!(first.mesh.positions.len() < town.mesh.positions.len() && first.parked.is_empty());
+    // From the only file of the cache.
+    folder.only_file();
+    assert!(cache.ground_around(&network, &text, 4) == first, "another town is kept");
+}

@@ -79,6 +79,37 @@ pub struct Town {
     pub heads: Vec<Head>,
 }
 
+impl Town {
+    /// Returns the part that decides physics: roads and ground of the mesh, solid boxes, lamps and
+    /// heads of traffic lights. Objects keep their numbers; their triangles and parked cars are left
+    /// out.
+    pub fn without_scenery(&self) -> Town {
+        let mut mesh = Mesh::default();
+        let mut renumbered = vec![u32::MAX; self.mesh.positions.len()];
+        let ground = self.mesh.triangles.iter().zip(&self.mesh.faces);
+        for (triangle, face) in ground.filter(|(_, face)| face.object == 0) {
+            let corner = |corner: u32| {
+                let number = &mut renumbered[corner as usize];
+                if *number == u32::MAX {
+                    *number = mesh.positions.len() as u32;
+                    mesh.positions.push(self.mesh.positions[corner as usize]);
+                }
+                *number
+            };
+            mesh.triangles.push(triangle.map(corner));
+            mesh.faces.push(*face);
+        }
+        Town {
+            mesh,
+            objects: self.objects.clone(),
+            colliders: self.colliders.clone(),
+            lamps: self.lamps.clone(),
+            parked: Vec::new(),
+            heads: self.heads.clone(),
+        }
+    }
+}
+
 /// A static object. World space, metres and radians.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Object {
