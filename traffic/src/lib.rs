@@ -60,4 +60,4 @@ pub use planner::Planner;
 pub use prop_waits::PropWait;
 pub use run::{TrafficError, run};
 pub use state::RestoreError;
-pub use vehicle_plan::VehiclePlan;
+pub use vehicle_plan::{IntendedMotion, VehiclePlan};

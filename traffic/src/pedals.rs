@@ -72,6 +72,19 @@ pub(crate) fn press(
     }
 }
 
+/// Returns the acceleration along the direction of travel that pedals give on level ground: the
+/// inverse of [`press`] without its integral.
+pub(crate) fn acceleration(throttle: f32, brake: f32, speed: f32) -> f32 {
+    let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_HALF_MPS);
+    let resistance = ROLLING_MPS2 + DRAG_PER_M * speed * speed;
+    throttle * full - brake * BRAKE_MPS2 - resistance
+}
+
+/// Returns the angle of the front wheels at a steering input: the inverse of [`steer_input`].
+pub(crate) fn wheel_angle_rad(input: f32, max_steer_rad: f32, speed: f32) -> f32 {
+    input * max_steer_rad * max_steer_factor(speed.abs())
+}
+
 /// Returns the steering input, −1 to 1, that turns the front wheels by `angle_rad` at a speed.
 pub(crate) fn steer_input(angle_rad: f32, max_steer_rad: f32, speed: f32) -> f32 {
     (angle_rad / (max_steer_rad * max_steer_factor(speed.abs()))).clamp(-1.0, 1.0)
@@ -93,6 +106,20 @@ fn max_steer_factor(speed: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn pedals_and_steering_have_inverses() {
+        for speed in [1.0, 8.0, 20.0] {
+            for target in [-4.0, -1.0, 0.5, 1.5] {
+                let pedals = press(target, target, speed, 0.0, 0.05, &mut 0.0);
+                let got = acceleration(pedals.throttle, pedals.brake, speed);
+                // A firm stop brakes harder, and resistance is not subtracted from braking.
+                assert!((got - target).abs() < 0.4 || got < target, "{target} {got}");
+            }
+            let input = steer_input(0.2, 0.61, speed);
+            assert!((wheel_angle_rad(input, 0.61, speed) - 0.2).abs() < 1e-6);
+        }
+    }
 
     #[test]
     fn unreachable_acceleration_does_not_delay_braking() {

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use protocol::{ActorId, ActorState, JournalEntry, LightState, VehicleControl, kind, lamp};
+use glam::Vec3;
+use protocol::{ActorId, ActorState, JournalEntry, LightState, VehicleControl, flag, kind, lamp};
 
 use crate::{
     agents::Agents,
@@ -15,11 +16,11 @@ use crate::{
     map::Map,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
-    passing,
+    passing, pedals,
     prop_waits::{self, PropWait},
     route,
     state::{PlannerState, RestoreError},
-    vehicle_plan::VehiclePlan,
+    vehicle_plan::{IntendedMotion, VehiclePlan},
     vehicle_table::VehicleTable,
 };
 
@@ -116,6 +117,24 @@ impl Planner {
     /// Returns the controls of every vehicle on autopilot, ascending by actor id.
     pub fn controls(&self) -> &[VehicleControl] {
         &self.controls
+    }
+
+    /// Returns the motion that a control of [`Planner::controls`] means for a vehicle in `state`, as
+    /// if engine, brakes and tyres did exactly what the planner assumes of them.
+    pub fn intended_motion(&self, control: &VehicleControl, state: &ActorState) -> IntendedMotion {
+        let body = self.map.bodies.of(state.blueprint);
+        let forward = state.pose.rotation() * Vec3::X;
+        let backwards = control.flags & flag::REVERSE != 0;
+        let direction = if backwards { -1.0 } else { 1.0 };
+        let speed_mps = state.velocity().dot(forward);
+        let along_mps = direction * speed_mps;
+        IntendedMotion {
+            direction,
+            speed_mps,
+            acceleration_mps2: pedals::acceleration(control.throttle, control.brake, along_mps),
+            wheel_steer_rad: pedals::wheel_angle_rad(control.steer, body.max_steer_rad, speed_mps),
+            wheelbase_m: body.wheelbase_m,
+        }
     }
 
     /// Returns the state of every traffic light that is an actor, ascending by actor id.

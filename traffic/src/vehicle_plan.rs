@@ -64,3 +64,18 @@ impl VehiclePlan {
         self.desired_speed_mps < 0.95 * self.limit_mps
     }
 }
+
+/// The motion that the controls of one vehicle mean to the planner.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct IntendedMotion {
+    /// 1 forwards, −1 backwards.
+    pub direction: f32,
+    /// Present speed straight ahead, metres per second.
+    pub speed_mps: f32,
+    /// Acceleration in that direction on level ground, which ends at standstill.
+    pub acceleration_mps2: f32,
+    /// Angle of the front wheels, positive to the left, radians.
+    pub wheel_steer_rad: f32,
+    /// Distance between the axles; the origin is in the middle.
+    pub wheelbase_m: f32,
+}
