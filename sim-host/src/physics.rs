@@ -77,7 +77,7 @@ pub use model::{
 };
 pub use prop::PropModel;
 pub use queries::{BodyMotion, CastHit};
-pub use statics::StaticBox;
+pub use statics::{StaticBox, StaticBoxes};
 pub use synthetic_load::SyntheticLoad;
 pub use tyre::TyreModel;
 pub use walker_model::WalkerModel;

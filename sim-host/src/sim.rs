@@ -421,8 +421,9 @@ impl Sim {
         &self.world
     }
 
-    /// Returns the actors and their bodies, for a replay that places recorded actors.
-    pub(crate) fn world_mut(&mut self) -> &mut World {
+    /// Returns the actors and their bodies, for a caller that moves actors itself: it is not part of
+    /// the journal.
+    pub fn world_mut(&mut self) -> &mut World {
         &mut self.world
     }
 

@@ -13,7 +13,7 @@ use town::{Blueprint, Kind, Layer, Town};
 
 use crate::{
     models::{Models, doors_of},
-    physics::{Collision, Ground, Physics, PhysicsError, StaticBox},
+    physics::{Collision, Ground, Physics, PhysicsError, StaticBox, StaticBoxes},
     saved::{SavedState, StateError},
 };
 use actors::ActorTable;
@@ -40,7 +40,7 @@ pub struct World {
 /// The constant part of a map.
 struct MapState {
     ground: Arc<Ground>,
-    statics: Vec<StaticBox>,
+    statics: StaticBoxes,
     /// The object and the layer of each static box.
     solids: Vec<(u32, Layer)>,
     /// The semantic tag of each static box.
@@ -54,7 +54,7 @@ struct MapState {
 impl World {
     /// Creates the world of frame 0, in which the only actors are the traffic lights of the map.
     pub fn new(town: &Town, seed: u64) -> World {
-        let statics = town
+        let statics: Vec<StaticBox> = town
             .colliders
             .iter()
             .map(|c| StaticBox {
@@ -65,7 +65,7 @@ impl World {
             .collect();
         let map = MapState {
             ground: Arc::new(Ground::new(&town.mesh)),
-            statics,
+            statics: StaticBoxes::new(&statics),
             solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
             tags: town.colliders.iter().map(|c| tag(town, c.object)).collect(),
             objects: town.objects.len() as u32,
@@ -86,7 +86,7 @@ impl World {
     }
 
     fn of_map(map: Arc<MapState>, seed: u64) -> World {
-        let physics = Physics::new(Arc::clone(&map.ground), &map.statics);
+        let physics = Physics::among(Arc::clone(&map.ground), map.statics.clone());
         let mut world = World {
             physics,
             models: Models::default(),
@@ -456,6 +456,25 @@ impl World {
             }
             None
         });
+    }
+
+    /// Lets kinematic vehicles far from others move once a frame: [`Physics::set_far`].
+    pub fn set_far(&mut self, far_m: f32) {
+        self.physics.set_far(far_m);
+    }
+
+    /// Sets the velocity of a kinematic actor as [`Physics::set_velocity`] does.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`Physics::set_velocity`].
+    pub fn drive_kinematic(
+        &mut self,
+        id: ActorId,
+        velocity_mps: Vec3,
+        spin_radps: Vec3,
+    ) -> Result<(), PhysicsError> {
+        self.physics.set_velocity(id, velocity_mps, spin_radps)
     }
 
     /// Returns the rigid-body world.

@@ -1,7 +1,7 @@
 //! An actor's body, and the model that moves it.
 
 use glam::Vec3;
-use rapier3d::prelude::{ColliderHandle, RigidBody, RigidBodyHandle};
+use rapier3d::prelude::{ColliderHandle, Pose, RigidBody, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -65,6 +65,16 @@ pub(super) struct Actor {
     pub external_force: Wrench,
     /// Whether the actor was teleported.
     pub teleport: Teleport,
+    /// The motion of a kinematic vehicle while its body is out of the rigid-body world.
+    pub far: Option<FarMotion>,
+}
+
+/// The motion of a vehicle that is far from others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct FarMotion {
+    pub pose: Pose,
+    /// Velocity of the origin, and angular velocity.
+    pub velocity: Twist,
 }
 
 impl Actor {
@@ -90,6 +100,12 @@ pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
     digest.pair(turn.z.to_bits(), turn.w.to_bits());
     digest.vector(body.linvel());
     digest.vector(body.angvel());
+    if let Some(FarMotion { pose, velocity }) = &actor.far {
+        digest.vector(pose.translation);
+        digest.pair(pose.rotation.x.to_bits(), pose.rotation.y.to_bits());
+        digest.pair(pose.rotation.z.to_bits(), pose.rotation.w.to_bits());
+        digest.vector(velocity.linear_mps);
+    }
     if actor.kinematic {
         digest.vector(actor.kinematic_velocity.linear_mps);
         digest.vector(actor.kinematic_velocity.angular_radps);

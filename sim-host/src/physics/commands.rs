@@ -13,7 +13,7 @@ use super::{
     pedals::Pedals,
     rigid_body::body_pose,
     walker::Walker,
-    world::Physics,
+    world::{Physics, bring_near},
 };
 
 /// Largest angular velocity that a client may set.
@@ -47,6 +47,7 @@ impl Physics {
         let index = self.find(id)?;
         check_pose(id, pose)?;
         let actor = self.actors.wake(index);
+        bring_near(&mut self.world, actor);
         actor.teleport.since_step = true;
         actor.kinematic_velocity = Twist::ZERO;
         match &mut actor.kind {
@@ -124,6 +125,7 @@ impl Physics {
         if actor.kinematic == on {
             return Ok(());
         }
+        bring_near(&mut self.world, actor);
         actor.kinematic = on;
         actor.kinematic_velocity = Twist::ZERO;
         match &mut actor.kind {

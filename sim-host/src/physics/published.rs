@@ -3,9 +3,9 @@
 use protocol::{ActorId, ActorState, Pose, WalkerLimbs, flag, kind, parts};
 
 use super::{
-    actor::{Actor, Kind, digest_of},
+    actor::{Actor, FarMotion, Kind, digest_of},
     digest::Digest,
-    rigid_body::{published_velocity_mps, rounded},
+    rigid_body::{published_velocity_mps, rounded, rounded_mps},
     walker::Walker,
     world::Physics,
 };
@@ -46,6 +46,12 @@ impl Physics {
         state.pose = Pose::new(body.translation(), *body.rotation());
         state.velocity_mps = published_velocity_mps(body).to_array();
         state.angular_velocity_radps = body.angvel().to_array().map(|w| rounded(w, parts::MOTION));
+        if let Some(FarMotion { pose, velocity }) = &actor.far {
+            state.pose = Pose::new(pose.translation, pose.rotation);
+            state.velocity_mps = rounded_mps(velocity.linear_mps).to_array();
+            state.angular_velocity_radps =
+                velocity.angular_radps.to_array().map(|w| rounded(w, parts::MOTION));
+        }
         state.acceleration_mps2 = actor.acceleration_mps2.to_array();
         let mut flags = 0;
         let mut set = |bit: u32, on: bool| flags |= if on { bit } else { 0 };

@@ -44,16 +44,21 @@ pub(super) fn limit_speeds(body: &mut RigidBody) {
     }
 }
 
-/// Sets the next pose of a kinematic body from its velocity.
-pub(super) fn integrate_kinematic(body: &mut RigidBody, velocity: Twist, dt: f32) {
-    let turn = Quat::from_scaled_axis(velocity.angular_radps * dt) * *body.rotation();
-    let place = body.translation() + velocity.linear_mps * dt;
-    body.set_next_kinematic_position(Pose::from_parts(place, turn.normalize()));
+/// Returns the pose of a kinematic body after `dt` at a velocity.
+pub(super) fn moved(from: &Pose, velocity: Twist, dt: f32) -> Pose {
+    let turn = Quat::from_scaled_axis(velocity.angular_radps * dt) * from.rotation;
+    let place = from.translation + velocity.linear_mps * dt;
+    Pose::from_parts(place, turn.normalize())
 }
 
 /// Returns the velocity of a body's origin as snapshots hold it.
 pub(super) fn published_velocity_mps(body: &RigidBody) -> Vec3 {
-    Vec3::from_array(origin_mps(body).to_array().map(|v| rounded(v, parts::MOTION)))
+    rounded_mps(origin_mps(body))
+}
+
+/// Returns a velocity as snapshots hold it.
+pub(super) fn rounded_mps(velocity: Vec3) -> Vec3 {
+    Vec3::from_array(velocity.to_array().map(|v| rounded(v, parts::MOTION)))
 }
 
 /// Rounds to multiples of 1/`parts`; the result is never −0.

@@ -167,6 +167,7 @@ impl Physics {
                 collisions_disabled: saved.collisions_disabled,
                 external_force: saved.external_force,
                 teleport: saved.teleport,
+                far: None,
             });
         }
         self.world = world;

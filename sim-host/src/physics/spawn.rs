@@ -171,6 +171,7 @@ impl Physics {
             collisions_disabled: false,
             external_force: Wrench::default(),
             teleport: Teleport::default(),
+            far: None,
         };
         self.actors.insert(actor);
         Ok(())

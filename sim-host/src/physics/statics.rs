@@ -1,5 +1,7 @@
 //! The static boxes of the map, and a tree that finds them.
 
+use std::sync::Arc;
+
 use glam::{Quat, Vec3};
 use rapier3d::{
     parry::{
@@ -28,20 +30,28 @@ impl StaticBox {
     }
 }
 
-/// The static boxes of a map, in a bounding volume hierarchy.
-pub(super) struct StaticBoxes {
-    boxes: Vec<(Pose, Cuboid)>,
-    tree: Bvh,
+/// The static boxes of a map, in a bounding volume hierarchy. Clones share both.
+#[derive(Clone)]
+pub struct StaticBoxes {
+    boxes: Arc<[(Pose, Cuboid)]>,
+    tree: Arc<Bvh>,
     enabled: Vec<bool>,
 }
 
 impl StaticBoxes {
-    pub(super) fn new(boxes: &[StaticBox]) -> StaticBoxes {
-        let boxes: Vec<_> =
+    /// Sorts boxes into a hierarchy.
+    pub fn new(boxes: &[StaticBox]) -> StaticBoxes {
+        let boxes: Arc<[_]> =
             boxes.iter().map(|b| (b.pose(), Cuboid::new(b.half_extents_m))).collect();
         let bounds: Vec<Aabb> = boxes.iter().map(|(pose, shape)| shape.aabb(pose)).collect();
         let enabled = vec![true; boxes.len()];
-        StaticBoxes { boxes, tree: Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds), enabled }
+        let tree = Arc::new(Bvh::from_leaves(BvhBuildStrategy::Binned, &bounds));
+        StaticBoxes { boxes, tree, enabled }
+    }
+
+    /// Returns the pose and the shape of each box.
+    pub(super) fn iter(&self) -> impl Iterator<Item = &(Pose, Cuboid)> {
+        self.boxes.iter()
     }
 
     /// Enables or disables a box. Returns whether that is a change.

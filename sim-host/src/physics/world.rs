@@ -12,7 +12,7 @@ use rapier3d::prelude::{
 };
 
 use super::{
-    actor::{Actor, Kind, Teleport, digest_of},
+    actor::{Actor, FarMotion, Kind, Teleport, digest_of},
     actor_list::ActorList,
     collision::{Collision, Pair, Push, Touched},
     error::PhysicsError,
@@ -20,7 +20,7 @@ use super::{
     model::GRAVITY_MPS2,
     motion::{Twist, Wrench},
     overlap::{shrunk, touch},
-    rigid_body::{apply, integrate_kinematic, limit_speeds, motion_of, published_velocity_mps},
+    rigid_body::{apply, limit_speeds, motion_of, moved, published_velocity_mps, rounded_mps},
     statics::{StaticBox, StaticBoxes},
     walker::Walker,
     wheels::Surface,
@@ -45,6 +45,8 @@ pub struct Physics {
     pub(super) touching: BTreeSet<Pair>,
     /// Walkers that were pushed aside in the last substep.
     pub(super) pushes: Vec<Push>,
+    /// See [`Physics::set_far`].
+    far_m: f32,
 }
 
 /// Marks the colliders of static boxes in `user_data`.
@@ -53,15 +55,20 @@ const STATIC: u128 = 1 << 64;
 impl Physics {
     /// Creates a world without actors on a ground and among static boxes.
     pub fn new(ground: Arc<Ground>, boxes: &[StaticBox]) -> Physics {
+        Physics::among(ground, StaticBoxes::new(boxes))
+    }
+
+    /// Creates a world without actors on a ground and among static boxes.
+    pub fn among(ground: Arc<Ground>, statics: StaticBoxes) -> Physics {
         let mut world = PhysicsWorld::new();
         world.gravity = Vec3::Z * -GRAVITY_MPS2;
         // A larger margin: a moving car is searched in the tree of boxes every other substep.
         world.broad_phase.adaptive_change_detection_margin = true;
-        let mut static_colliders = Vec::with_capacity(boxes.len());
-        for (index, b) in boxes.iter().enumerate() {
-            let half = b.half_extents_m.max(Vec3::splat(0.01));
+        let mut static_colliders = Vec::new();
+        for (index, (pose, shape)) in statics.iter().enumerate() {
+            let half = shape.half_extents.max(Vec3::splat(0.01));
             let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)
-                .position(b.pose())
+                .position(*pose)
                 .friction(0.5)
                 .user_data(STATIC | index as u128);
             static_colliders.push(world.insert_collider(collider, None));
@@ -70,8 +77,9 @@ impl Physics {
             world,
             ground,
             grip: 1.0,
-            statics: StaticBoxes::new(boxes),
+            statics,
             static_colliders,
+            far_m: f32::INFINITY,
             actors: ActorList::default(),
             active: Vec::new(),
             collisions: Vec::new(),
@@ -105,6 +113,45 @@ impl Physics {
         for (index, handle) in self.static_colliders.iter().enumerate() {
             let enabled = self.world.colliders.get(*handle).is_some_and(|one| one.is_enabled());
             self.statics.set_enabled(index, enabled);
+        }
+    }
+
+    /// Lets kinematic vehicles that are at least `far_m` metres from every other kind of body move
+    /// once a frame, without contacts, instead of once a substep. It saves most of their time; poses
+    /// differ by roundings. Infinity, the default, for none. A saved state does not have the motion
+    /// of such vehicles.
+    pub fn set_far(&mut self, far_m: f32) {
+        self.far_m = far_m;
+    }
+
+    /// Takes kinematic vehicles out of the rigid-body world while they are far from others, and moves
+    /// them by one frame.
+    fn move_far(&mut self, delta_s: f32) {
+        let is_free = |actor: &Actor| actor.kinematic && matches!(actor.kind, Kind::Vehicle(_));
+        let others: Vec<Vec3> = (self.actors.iter().filter(|actor| !is_free(actor)))
+            .map(|actor| self.body(actor).translation())
+            .collect();
+        let Physics { world, actors, far_m, .. } = self;
+        for actor in actors.awake_mut().filter(|actor| is_free(actor)) {
+            let at = actor.far.map_or_else(|| *world.bodies[actor.body].position(), |far| far.pose);
+            let is_far = others.iter().all(|other| other.distance(at.translation) >= *far_m);
+            match (is_far, actor.far) {
+                (true, None) => world.bodies[actor.body].set_enabled(false),
+                (false, Some(_)) => bring_near(world, actor),
+                _ => {}
+            }
+            if is_far {
+                let velocity = actor.kinematic_velocity;
+                actor.far = Some(FarMotion { pose: moved(&at, velocity, delta_s), velocity });
+            }
+        }
+    }
+
+    /// Returns the velocity of an actor's origin as snapshots hold it.
+    fn velocity_mps(&self, actor: &Actor) -> Vec3 {
+        match &actor.far {
+            Some(far) => rounded_mps(far.velocity.linear_mps),
+            None => published_velocity_mps(self.body(actor)),
         }
     }
 
@@ -154,13 +201,15 @@ impl Physics {
         let dt = (delta_nanos as f64 * 1e-9 / count as f64) as f32;
         self.world.integration_parameters.dt = dt;
 
-        let before: Vec<Vec3> =
-            self.actors.awake().map(|a| published_velocity_mps(self.body(a))).collect();
+        let before: Vec<Vec3> = self.actors.awake().map(|actor| self.velocity_mps(actor)).collect();
         let mut impulses = BTreeMap::new();
         let mut touching = BTreeSet::new();
         // A world without actors needs no substeps.
         let steps = if self.actors.is_empty() { 0 } else { count };
         observe(self, 0.0);
+        if self.far_m.is_finite() {
+            self.move_far((delta_nanos as f64 * 1e-9) as f32);
+        }
         for _ in 0..steps {
             self.apply_forces(dt);
             self.world.step();
@@ -174,9 +223,8 @@ impl Physics {
         self.report_collisions(impulses, touching);
 
         let per_second = (1e9 / delta_nanos as f64) as f32;
-        let Physics { world, actors, .. } = self;
-        for (actor, before) in actors.awake_mut().zip(before) {
-            let after = published_velocity_mps(&world.bodies[actor.body]);
+        let after: Vec<Vec3> = self.actors.awake().map(|actor| self.velocity_mps(actor)).collect();
+        for ((actor, before), after) in self.actors.awake_mut().zip(before).zip(after) {
             actor.acceleration_mps2 = (after - before) * per_second;
             actor.teleport.end_step();
             actor.external_force = Wrench::default();
@@ -202,6 +250,7 @@ impl Physics {
         actors.sleep_where(|actor| {
             let body = &world.bodies[actor.body];
             let is_still = actor.kinematic
+                && actor.far.is_none()
                 && [
                     actor.kinematic_velocity.linear_mps,
                     actor.kinematic_velocity.angular_radps,
@@ -231,13 +280,11 @@ impl Physics {
         let surface = Surface { ground, grip: *grip };
         for actor in actors.awake_mut() {
             if actor.kinematic {
+                let velocity = actor.kinematic_velocity;
                 // A body at rest is not touched: rapier visits every body that was.
-                if actor.kinematic_velocity != Twist::ZERO {
-                    integrate_kinematic(
-                        &mut world.bodies[actor.body],
-                        actor.kinematic_velocity,
-                        dt,
-                    );
+                if velocity != Twist::ZERO && actor.far.is_none() {
+                    let body = &mut world.bodies[actor.body];
+                    body.set_next_kinematic_position(moved(body.position(), velocity, dt));
                 }
                 continue;
             }
@@ -360,5 +407,14 @@ impl Physics {
         self.colliding.extend(self.collisions.iter().flat_map(|c| [c.actor.0, c.other.0]));
         self.colliding.sort_unstable();
         self.colliding.dedup();
+    }
+}
+
+/// Puts the body of an actor that was far from others back into the rigid-body world.
+pub(super) fn bring_near(world: &mut PhysicsWorld, actor: &mut Actor) {
+    if let Some(far) = actor.far.take() {
+        let body = &mut world.bodies[actor.body];
+        body.set_position(far.pose, true);
+        body.set_enabled(true);
     }
 }
