@@ -1,6 +1,6 @@
 //! The configuration of an environment.
 
-use crate::error::EnvironmentError;
+use crate::{birds_eye::BirdsEye, error::EnvironmentError};
 
 /// What decides an episode beside its seed and the actions.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,6 +9,8 @@ pub struct Config {
     pub egos: usize,
     /// Other vehicles, driven by traffic.
     pub vehicles: usize,
+    /// Which vehicles are rigid bodies on wheels.
+    pub physics: Physics,
     /// Length of a frame, rounded to a microsecond. Seconds, 0.005 to 0.1.
     pub frame_s: f32,
     /// Frames for each step, which all have the same action. 1 to 100.
@@ -21,6 +23,8 @@ pub struct Config {
     pub lidar_rays: usize,
     /// Range of the lidar. Metres, 1 to 500.
     pub lidar_range_m: f32,
+    /// The bird's-eye raster.
+    pub birds_eye: BirdsEye,
     /// How far beside its lane the vehicle's middle may be. Metres.
     pub off_route_m: f32,
     /// Rewards.
@@ -32,12 +36,14 @@ impl Default for Config {
         Config {
             egos: 1,
             vehicles: 12,
+            physics: Physics::All,
             frame_s: 0.05,
             frames_per_step: 2,
             route_m: 300.0,
             steps_max: 1000,
             lidar_rays: 240,
             lidar_range_m: 50.0,
+            birds_eye: BirdsEye::default(),
             off_route_m: 0.5,
             reward: Reward::default(),
         }
@@ -57,6 +63,9 @@ impl Config {
         range("route_m", self.route_m.into(), 10.0, 10_000.0, "10 to 10000")?;
         range("lidar_rays", self.lidar_rays as f64, 0.0, 4096.0, "0 to 4096")?;
         range("lidar_range_m", self.lidar_range_m.into(), 1.0, 500.0, "1 to 500")?;
+        let BirdsEye { size_px, pixel_m } = self.birds_eye;
+        range("birds_eye.size_px", size_px as f64, 8.0, 512.0, "8 to 512")?;
+        range("birds_eye.pixel_m", pixel_m.into(), 0.099_99, 4.0, "0.1 to 4")?;
         range("off_route_m", self.off_route_m.into(), 0.0, 1000.0, "0 to 1000")?;
         let reward = &self.reward;
         for (name, value) in [
@@ -73,6 +82,17 @@ impl Config {
         }
         Ok(())
     }
+}
+
+/// Which vehicles of an environment are rigid bodies on wheels.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Physics {
+    /// All: frames have the state hashes of a run with processes.
+    #[default]
+    All,
+    /// The ego vehicles. Others move exactly as traffic means, and nothing pushes them aside. That is
+    /// faster, and frames have other state hashes.
+    Ego,
 }
 
 /// The rewards of a step.

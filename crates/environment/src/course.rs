@@ -116,6 +116,23 @@ impl Course {
         point.position + (left_m * point.tangent.perp()).extend(0.0)
     }
 
+    /// Calls `stretch` with the ends and half the width of each stretch that begins within `reach_m`
+    /// of a place along the course, behind and ahead.
+    pub(crate) fn stretches(
+        &self,
+        of: &OnCourse,
+        reach_m: f32,
+        mut stretch: impl FnMut(Vec2, Vec2, f32),
+    ) {
+        let index = |along_m: f32| (along_m / SPACING_M).max(0.0) as usize;
+        let end = (index(of.along_m + reach_m) + 2).min(self.points.len());
+        let first = index(of.along_m - reach_m).min(end);
+        for pair in self.points[first..end].windows(2) {
+            let [from, to] = [pair[0], pair[1]].map(|point| point.position.truncate());
+            stretch(from, to, pair[0].half_width_m);
+        }
+    }
+
     /// Returns the first point.
     pub(crate) fn start(&self) -> Vec3 {
         self.points[0].position

@@ -214,6 +214,12 @@ impl Ego {
         Vec3::from_array(self.state.velocity_mps).truncate().dot(self.forward())
     }
 
+    /// Calls `stretch` with the ends and half the width of each stretch of the course that begins
+    /// within `reach_m` along it, behind and ahead.
+    pub(crate) fn route(&self, reach_m: f32, stretch: impl FnMut(Vec2, Vec2, f32)) {
+        self.course.stretches(&self.at, reach_m, stretch);
+    }
+
     /// Straight ahead in the plane, of unit length.
     pub(crate) fn forward(&self) -> Vec2 {
         (self.state.pose.rotation() * Vec3::X).truncate().normalize_or(Vec2::X)

@@ -1,20 +1,25 @@
 //! Episodes: ego vehicles on courses among vehicles in traffic.
 
-use std::sync::Arc;
+use std::{
+    collections::BTreeMap,
+    sync::{Arc, Mutex, OnceLock, PoisonError},
+};
 
 use bake::Cache;
 use glam::{Vec2, Vec3};
 use mesh::RandomStream;
-use protocol::{ActorId, ActorState, Command, Name, Pose, Settings, Spawn, flag, status};
+use protocol::{ActorId, ActorState, Command, Name, Pose, Settings, Spawn, flag, kind, status};
 use road::{LanePoint, Network};
 use town::Town;
 
 use crate::{
-    config::Config,
+    birds_eye::{ACTORS, Canvas, EGO as OWN, SOLIDS},
+    config::{Config, Physics},
     course::Course,
     ego::{Action, Ego, Step, control},
     error::EnvironmentError,
     lidar::{BoxGrid, Lidar, UprightBox},
+    road_raster::RoadRaster,
     simulation::Simulation,
 };
 
@@ -28,6 +33,9 @@ const START_HEIGHT_M: f64 = 0.5;
 const SETTLING_FRAMES: u32 = 10;
 /// Least distance between two vehicles at the beginning. Metres.
 const APART_M: f32 = 12.0;
+/// Distance from ego vehicles beyond which kinematic vehicles have no contacts: more than two
+/// vehicles are long and drive in a frame. Metres.
+const FAR_M: f32 = 25.0;
 /// Height of the lidar above the ego vehicle's origin. Metres.
 const LIDAR_HEIGHT_M: f32 = 0.8;
 
@@ -39,6 +47,15 @@ pub struct EnvironmentMap {
     solids: BoxGrid,
     places: Vec<(LanePoint, Pose)>,
     cars: Vec<Name>,
+    source: Source,
+    /// The rasters of roads that environments have used, by the bits of the size of their cells.
+    rasters: Mutex<BTreeMap<u32, Arc<RoadRaster>>>,
+}
+
+/// Where the meshes of a map come from, when an observation needs them.
+enum Source {
+    Cache { cache: Cache, open_drive: Arc<str>, seed: u64 },
+    Town(Arc<Town>),
 }
 
 impl EnvironmentMap {
@@ -53,12 +70,32 @@ impl EnvironmentMap {
         seed: u64,
     ) -> Result<EnvironmentMap, EnvironmentError> {
         let network = Arc::new(cache.network(name, open_drive)?);
-        let town = cache.town_around(&network, open_drive, seed);
-        Ok(EnvironmentMap::new(network, &town, seed))
+        let town = cache.ground_around(&network, open_drive, seed);
+        let source = Source::Cache { cache: cache.clone(), open_drive: open_drive.into(), seed };
+        Ok(EnvironmentMap::of(network, &town, seed, source))
     }
 
     /// Creates the map of a furnished town.
-    pub fn new(network: Arc<Network>, town: &Town, seed: u64) -> EnvironmentMap {
+    pub fn new(network: Arc<Network>, town: Arc<Town>, seed: u64) -> EnvironmentMap {
+        EnvironmentMap::of(network, &town, seed, Source::Town(Arc::clone(&town)))
+    }
+
+    /// Returns the roads and markings in cells of `cell_m`.
+    pub(crate) fn roads(&self, cell_m: f32) -> Arc<RoadRaster> {
+        let mut rasters = self.rasters.lock().unwrap_or_else(PoisonError::into_inner);
+        let raster = rasters.entry(cell_m.to_bits()).or_insert_with(|| {
+            Arc::new(match &self.source {
+                Source::Town(town) => RoadRaster::new(&town.mesh, cell_m),
+                Source::Cache { cache, open_drive, seed } => {
+                    let town = cache.ground_around(&self.network, open_drive, *seed);
+                    RoadRaster::new(&town.mesh, cell_m)
+                }
+            })
+        });
+        Arc::clone(raster)
+    }
+
+    fn of(network: Arc<Network>, town: &Town, seed: u64, source: Source) -> EnvironmentMap {
         let solids: Vec<UprightBox> = town
             .colliders
             .iter()
@@ -80,6 +117,8 @@ impl EnvironmentMap {
             places: network.spawn_points().into_iter().map(place).collect(),
             cars: cars.map(|blueprint| Name::new(blueprint.id)).collect(),
             network,
+            source,
+            rasters: Mutex::default(),
         }
     }
 }
@@ -92,6 +131,8 @@ pub struct Environment {
     egos: Vec<Ego>,
     results: Vec<Step>,
     steps: u32,
+    /// The roads for the bird's-eye raster, since it was first drawn.
+    roads: OnceLock<Arc<RoadRaster>>,
 }
 
 impl Environment {
@@ -106,7 +147,8 @@ impl Environment {
     ) -> Result<Environment, EnvironmentError> {
         config.check()?;
         let (simulation, egos) = begin(&map, &config, seed)?;
-        Ok(Environment { map, config, simulation, egos, results: Vec::new(), steps: 0 })
+        let (results, roads) = (Vec::new(), OnceLock::new());
+        Ok(Environment { map, config, simulation, egos, results, steps: 0, roads })
     }
 
     /// Begins another episode. The same seed gives the same episode.
@@ -204,11 +246,39 @@ impl Environment {
         let lidar = Lidar { origin, forward: ego.forward(), range_m };
         self.map.solids.for_each_near(origin.truncate(), range_m, |solid| lidar.meet(solid, out));
         for state in self.simulation.sim().states() {
-            if state.actor_id != ego.id() && !state.has(flag::KINEMATIC) {
+            if state.actor_id != ego.id() && state.kind != kind::TRAFFIC_LIGHT {
                 lidar.meet(&box_of(state), out);
             }
         }
         out.iter_mut().for_each(|distance| *distance /= range_m);
+    }
+}
+
+impl Environment {
+    /// Draws the bird's-eye raster of an ego vehicle: [`BIRDS_EYE_CHANNELS`] images of
+    /// `size_px` × `size_px` bytes, 0 or 255, one after the other. The vehicle is in the middle;
+    /// straight ahead is up, row 0 is the farthest, column 0 is the leftmost. A pixel is set if its
+    /// middle lies in the thing; road markings and thin things are at least a pixel wide.
+    ///
+    /// [`BIRDS_EYE_CHANNELS`]: crate::BIRDS_EYE_CHANNELS
+    ///
+    /// # Panics
+    /// If there is no ego vehicle of that index.
+    pub fn birds_eye(&self, ego: usize, out: &mut Vec<u8>) {
+        let raster = self.roads.get_or_init(|| self.map.roads(self.config.birds_eye.pixel_m));
+        let ego = &self.egos[ego];
+        let origin = ego.actor().pose.position().truncate();
+        let mut canvas = Canvas::new(&self.config.birds_eye, origin, ego.forward(), out);
+        canvas.roads(raster);
+        ego.route(canvas.reach_m(), |from, to, half_m| canvas.route(from, to, half_m));
+        let reach_m = canvas.reach_m();
+        self.map.solids.for_each_near(origin, reach_m, |solid| canvas.upright_box(SOLIDS, solid));
+        for state in self.simulation.sim().states() {
+            if state.actor_id != ego.id() && state.kind != kind::TRAFFIC_LIGHT {
+                canvas.upright_box(ACTORS, &box_of(state));
+            }
+        }
+        canvas.upright_box(OWN, &box_of(ego.actor()));
     }
 }
 
@@ -285,6 +355,13 @@ fn begin(
         let spawn = Spawn { blueprint: Name::new(EGO), pose, ..Spawn::default() };
         egos.push((ActorId(simulation.apply(Command::Spawn(spawn)).result()?), course));
     }
+    let flags = match config.physics {
+        Physics::All => flag::AUTOPILOT,
+        Physics::Ego => flag::AUTOPILOT | flag::KINEMATIC,
+    };
+    if config.physics == Physics::Ego {
+        simulation.set_far(FAR_M);
+    }
     let wanted = config.egos + config.vehicles;
     for (_, pose) in &places {
         if taken.len() == wanted {
@@ -294,7 +371,7 @@ fn begin(
             continue;
         }
         let blueprint = *random.choose(&map.cars);
-        let spawn = Spawn { blueprint, pose: *pose, flags: flag::AUTOPILOT, ..Spawn::default() };
+        let spawn = Spawn { blueprint, pose: *pose, flags, ..Spawn::default() };
         if simulation.apply(Command::Spawn(spawn)).status == status::DONE {
             taken.push(pose.position());
         }

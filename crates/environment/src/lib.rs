@@ -3,18 +3,22 @@
 //!
 //! SI units, radians, right-handed: x forward, y left, z up.
 
+mod birds_eye;
 mod config;
 mod course;
 mod ego;
 mod environment;
 mod error;
+mod kinematic;
 mod lidar;
+mod road_raster;
 mod simulation;
 #[cfg(test)]
 mod tests;
 
 pub use bake::Cache;
-pub use config::{Config, Reward};
+pub use birds_eye::{BIRDS_EYE_CHANNELS, BirdsEye};
+pub use config::{Config, Physics, Reward};
 pub use ego::{Action, Ego, Ending, STATE, Step};
 pub use environment::{Environment, EnvironmentMap};
 pub use error::EnvironmentError;

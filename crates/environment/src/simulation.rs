@@ -1,16 +1,23 @@
 //! The simulation core and the planner of traffic in one thread.
 
-use std::{convert::Infallible, sync::Arc};
+use std::{convert::Infallible, sync::Arc, thread};
 
 use bytemuck::Zeroable;
-use protocol::{Block, Command, JournalEntry, Name, Outcome, Stamp, TrafficHeader, status};
+use protocol::{
+    ActorState, Block, Command, JournalEntry, Name, Outcome, Stamp, TrafficHeader, flag, status,
+};
 use road::Network;
 use sim_host::{Decision, Inputs, Outputs, Request, Services, Sim, decision_hash};
 use town::Town;
 use traffic::Planner;
 
+use crate::kinematic;
+
 /// A world without bus and barrier. As in a run with processes, traffic decides on a frame what acts
 /// in the next one, so that frames have the same state hashes.
+///
+/// Vehicles that are kinematic and on autopilot drive too, unlike in a run with processes: traffic
+/// plans for them, and they move exactly as it means.
 pub struct Simulation {
     sim: Sim,
     planner: Planner,
@@ -23,6 +30,27 @@ pub struct Simulation {
     /// Bytes of the planner and of its decision; kept to reuse their allocations.
     saved: Vec<u8>,
     blocks: Vec<Block>,
+    /// The actors as traffic sees them, if it drives kinematic vehicles.
+    seen: Vec<ActorState>,
+}
+
+/// The flags of a kinematic vehicle that traffic drives.
+const DRIVEN: u32 = flag::KINEMATIC | flag::AUTOPILOT;
+
+/// Sets the velocities of kinematic vehicles to what traffic has planned for the next frame.
+fn drive_kinematic(sim: &mut Sim, planner: &Planner) {
+    let delta_s = sim.settings().delta_nanos as f32 * 1e-9;
+    for control in planner.controls() {
+        let Some(state) = sim.world().state(control.actor_id).filter(|s| s.has(DRIVEN)) else {
+            continue;
+        };
+        let motion = planner.intended_motion(control, state);
+        let ground = sim.world().physics().ground();
+        let to = kinematic::velocity(state, &motion, ground, delta_s);
+        let (linear, turn) = (to.velocity_mps, to.angular_velocity_radps);
+        let done = sim.world_mut().drive_kinematic(control.actor_id, linear, turn);
+        debug_assert!(done.is_ok(), "{done:?}");
+    }
 }
 
 /// The commands of a frame with their outcomes, for traffic.
@@ -40,7 +68,16 @@ impl Services for Journal {
 impl Simulation {
     /// Creates a simulation at frame 0.
     pub fn new(network: Arc<Network>, town: &Town, seed: u64) -> Simulation {
-        Simulation::of(Sim::new(town, seed), Planner::new(network, seed))
+        // Both take about as long.
+        let (sim, planner) = thread::scope(|scope| {
+            let plan = || Planner::new(Arc::clone(&network), seed);
+            let helper = thread::Builder::new().name("planner".to_owned());
+            let planner = helper.spawn_scoped(scope, plan);
+            let sim = Sim::new(town, seed);
+            let planner = planner.ok().and_then(|helper| helper.join().ok());
+            (sim, planner.unwrap_or_else(plan))
+        });
+        Simulation::of(sim, planner)
     }
 
     fn of(sim: Sim, planner: Planner) -> Simulation {
@@ -53,12 +90,19 @@ impl Simulation {
             sequence: 0,
             saved: Vec::new(),
             blocks: Vec::new(),
+            seen: Vec::new(),
         }
     }
 
     /// Returns a simulation of the same map at frame 0, with another seed.
     pub fn restarted(&self, seed: u64) -> Simulation {
         Simulation::of(self.sim.restarted(seed), self.planner.restarted(seed))
+    }
+
+    /// Lets kinematic vehicles that are far from others move once a frame
+    /// ([`sim_host::physics::Physics::set_far`]).
+    pub(crate) fn set_far(&mut self, far_m: f32) {
+        self.sim.world_mut().set_far(far_m);
     }
 
     /// The simulation core.
@@ -100,12 +144,25 @@ impl Simulation {
             lights: self.planner.lights(),
             hash,
         });
+        if decision.is_some() {
+            drive_kinematic(&mut self.sim, &self.planner);
+        }
         let inputs = Inputs { decision, requests: &self.requests };
         let Ok(outputs) = self.sim.step(&inputs, &mut self.journal);
         self.requests.clear();
         let done = self.journal.0.iter().all(|entry| entry.outcome.status == status::DONE);
         debug_assert!(done, "a command of the environment was refused");
-        self.planner.plan(outputs.delta_nanos, self.sim.states(), &self.journal.0);
+        let Simulation { sim, planner, seen, journal, .. } = self;
+        if sim.states().iter().any(|state| state.has(DRIVEN)) {
+            seen.clear();
+            seen.extend(sim.states().iter().map(|state| match state.has(DRIVEN) {
+                true => ActorState { flags: state.flags & !flag::KINEMATIC, ..*state },
+                false => *state,
+            }));
+            planner.plan(outputs.delta_nanos, seen, &journal.0);
+        } else {
+            planner.plan(outputs.delta_nanos, sim.states(), &journal.0);
+        }
         self.journal.0.clear();
         self.decided = Some(self.hash_of_decision());
         outputs

@@ -2,18 +2,21 @@ use std::{f32::consts::TAU, sync::Arc};
 
 use glam::{Vec2, Vec3};
 use mesh::RandomStream;
+use protocol::{ActorId, flag, kind};
 use road::Network;
 
 use crate::{
+    birds_eye::{ACTORS, Canvas},
     lidar::{BoxGrid, Lidar, UprightBox, entry},
+    road_raster::{ROAD, RoadRaster},
     *,
 };
 
 fn map() -> Arc<EnvironmentMap> {
     let text = mapgen::default_map().1;
     let network = Arc::new(Network::parse(&text).unwrap());
-    let town = town::furnish(&network, 3);
-    Arc::new(EnvironmentMap::new(network, &town, 3))
+    let town = Arc::new(town::furnish(&network, 3));
+    Arc::new(EnvironmentMap::new(network, town, 3))
 }
 
 fn pedals(steer: f32, pedal: f32) -> Action {
@@ -222,7 +225,7 @@ fn ego_vehicles_collide_with_each_other_and_too_many_find_no_start() {
     }
     assert!(collisions > 1, "{collisions}");
     let network = Arc::new(Network::parse(STRAIGHT).unwrap());
-    let straight = EnvironmentMap::new(Arc::clone(&network), &town::furnish(&network, 3), 3);
+    let straight = EnvironmentMap::new(Arc::clone(&network), town::furnish(&network, 3).into(), 3);
     let many = Config { egos: 64, route_m: 40.0, ..config };
     let why = Environment::new(Arc::new(straight), many, 1).map(drop).unwrap_err().to_string();
     assert!(why.contains("of 64 ego vehicles find a start of a route of 40 m"), "{why}");
@@ -313,4 +316,143 @@ fn the_lidar_measures_what_every_ray_against_every_box_does() {
             assert!((measured - nearest).abs() <= 1e-3 || is_edge, "{measured} {nearest}");
         }
     }
+}
+
+/// Returns the mean speed of the other vehicles in 300 frames, and the hash of the last frame.
+fn traffic_alone(environment: &mut Environment) -> (f32, u64) {
+    let (mut sum_mps, mut count) = (0.0, 0.0);
+    for _ in 0..150 {
+        step(environment, pedals(0.0, -1.0));
+        let ego = environment.egos()[0].id();
+        let states = environment.simulation().sim().states().iter();
+        for other in states.filter(|s| s.kind == kind::VEHICLE && s.actor_id != ego) {
+            sum_mps += other.velocity().truncate().length();
+            count += 1.0;
+        }
+    }
+    (sum_mps / count, environment.simulation().sim().state_hash())
+}
+
+#[test]
+fn kinematic_vehicles_drive_on_roads_as_fast_as_those_with_physics() {
+    let map = map();
+    let world = |physics| {
+        let config = Config { physics, ..Config::default() };
+        Environment::new(Arc::clone(&map), config, 2).unwrap()
+    };
+    let (mut all, mut kinematic) = (world(Physics::All), world(Physics::Ego));
+    let (all_mps, _) = traffic_alone(&mut all);
+    let (kinematic_mps, hash) = traffic_alone(&mut kinematic);
+    let ratio = kinematic_mps / all_mps;
+    assert!(all_mps > 2.0 && (0.8..1.25).contains(&ratio), "{kinematic_mps} {all_mps}");
+    let roads = map.roads(0.5);
+    let ground = Arc::clone(kinematic.simulation().sim().world().physics().ground());
+    let states = kinematic.simulation().sim().states();
+    let others: Vec<_> =
+        states.iter().filter(|s| s.has(flag::KINEMATIC | flag::AUTOPILOT)).collect();
+    assert_eq!(others.len(), 12);
+    for state in others {
+        let place = state.pose.position();
+        assert!(roads.at(place.truncate()) & ROAD != 0, "{place} is beside the road");
+        let height_m = ground.below(place.x, place.y, place.z + 0.5).height_m;
+        assert!((place.z - height_m).abs() < 0.1, "{place} is not on the ground at {height_m}");
+    }
+    let mut again = world(Physics::Ego);
+    assert_eq!(traffic_alone(&mut again), (kinematic_mps, hash), "the same seed");
+}
+
+#[test]
+fn an_ego_vehicle_collides_with_kinematic_vehicles() {
+    let config = Config { physics: Physics::Ego, off_route_m: 1000.0, ..Config::default() };
+    let mut environment = Environment::new(map(), config, 1).unwrap();
+    let mut hit = 0;
+    for seed in 0..12 {
+        environment.reset(seed).unwrap();
+        let drive = Action::Waypoint { left_m: 0.0, speed_mps: 25.0 };
+        while step(&mut environment, drive).ending.is_none() {}
+        let collisions = environment.simulation().sim().world().physics().collisions();
+        hit += collisions.iter().filter(|c| c.other != ActorId::NONE).count();
+    }
+    assert!(hit > 0);
+}
+
+/// Returns the rows and columns of a channel that are set, as ranges, and the number of its pixels.
+fn extent(pixels: &[u8], size: usize, channel: usize) -> ([usize; 4], usize) {
+    let (mut extent, mut count) = ([size, 0, size, 0], 0);
+    for (at, pixel) in pixels[channel * size * size..][..size * size].iter().enumerate() {
+        if *pixel != 0 {
+            let (row, column) = (at / size, at % size);
+            extent = [
+                extent[0].min(row),
+                extent[1].max(row + 1),
+                extent[2].min(column),
+                extent[3].max(column + 1),
+            ];
+            count += 1;
+        }
+    }
+    (extent, count)
+}
+
+#[test]
+fn a_box_and_a_road_at_known_places_set_known_pixels() {
+    let of = BirdsEye::default();
+    // Northwards, that is up, along a road 8 m wide with a line 0.1 m wide on its left half.
+    let (origin, forward) = (Vec2::new(100.0, -20.0), Vec2::Y);
+    let mut mesh = mesh::Mesh::default();
+    let mut strip = |west: f32, east: f32, tag| {
+        let face = mesh::Face::new(tag, mesh::Material::Asphalt, 0);
+        let at = |x: f32, y: f32| [origin.x + x, origin.y + y, 0.0];
+        mesh.quad([at(west, -60.0), at(east, -60.0), at(east, 60.0), at(west, 60.0)], face);
+    };
+    strip(-4.0, 4.0, mesh::Tag::Roads);
+    strip(-2.05, -1.95, mesh::Tag::RoadLine);
+    let raster = RoadRaster::new(&mesh, of.pixel_m);
+    let mut pixels = Vec::new();
+    let mut canvas = Canvas::new(&of, origin, forward, &mut pixels);
+    canvas.roads(&raster);
+    // Five metres ahead and two to the left, two metres long and one wide.
+    let b = UprightBox {
+        center: Vec3::new(98.0, -15.0, 0.7),
+        half_extents_m: Vec3::new(1.0, 0.5, 0.7),
+        axis: Vec2::Y,
+    };
+    canvas.upright_box(ACTORS, &b);
+    canvas.route(origin, origin + 10.0 * forward, 1.5);
+    assert_eq!(pixels.len(), BIRDS_EYE_CHANNELS * 84 * 84);
+    assert_eq!(extent(&pixels, 84, ACTORS), ([30, 34, 37, 39], 8));
+    assert_eq!(extent(&pixels, 84, 0), ([0, 84, 34, 50], 84 * 16));
+    let ([top, bottom, left, right], count) = extent(&pixels, 84, 1);
+    assert_eq!((top, bottom), (0, 84));
+    assert!(left <= 38 && right >= 38 && right - left <= 2 && count >= 84, "{left} {right}");
+    assert_eq!(extent(&pixels, 84, 2), ([22, 42, 39, 45], 20 * 6));
+    assert_eq!(extent(&pixels, 84, 4).1 + extent(&pixels, 84, 5).1, 0);
+}
+
+#[test]
+fn the_raster_of_an_environment_shows_the_ego_vehicle_on_its_route() {
+    let mut environment = Environment::new(map(), Config::default(), 4).unwrap();
+    let mut pixels = Vec::new();
+    for index in 0..30 {
+        step(&mut environment, IN_LANE);
+        environment.birds_eye(0, &mut pixels);
+        if index < 10 {
+            // The middle pixel lies behind the vehicle's origin, before the beginning of the route.
+            continue;
+        }
+        let middle = |channel: usize| pixels[channel * 84 * 84 + 42 * 84 + 42];
+        // Road, route and the vehicle itself, and neither another nor something solid.
+        assert_eq!([0, 2, 3, 4, 5].map(middle), [255, 255, 0, 0, 255]);
+    }
+    let own = extent(&pixels, 84, 5).1 as f32 * 0.25;
+    // A Model 3 is 4.7 m long and 1.9 m wide.
+    assert!((6.0..13.0).contains(&own), "{own} square metres");
+    let refused = |birds_eye| {
+        let config = Config { birds_eye, ..Config::default() };
+        Environment::new(map(), config, 1).map(drop).unwrap_err().to_string()
+    };
+    let why = refused(BirdsEye { size_px: 4, pixel_m: 0.5 });
+    assert_eq!(why, "birds_eye.size_px is 4, must be 8 to 512");
+    let why = refused(BirdsEye { size_px: 84, pixel_m: f32::NAN });
+    assert_eq!(why, "birds_eye.pixel_m is NaN, must be 0.1 to 4");
 }
