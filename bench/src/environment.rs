@@ -1,19 +1,22 @@
 //! `environment`: steps of a driving environment in this process, and the begin of an episode.
 
-use std::{fs, sync::Arc, time::Instant};
+use std::{fs, process::Command, sync::Arc, time::Instant};
 
 use bake::Cache;
-use environment::{Action, Config, Environment, EnvironmentMap};
+use environment::{Action, Config, Environment, EnvironmentMap, Physics};
 
 use crate::{
     Effort,
-    figure::{Figure, Sink, Spread, Unit},
+    figure::{Figure, Peer, Sink, Spread, Unit, median},
     machine::Machine,
 };
 
 const ROUNDS: usize = 5;
 const STEPS: usize = 5000;
 const RESETS: usize = 200;
+/// Worlds beside the first, for their memory.
+const WORLDS: u64 = 10;
+const PEER_STEPS: usize = 500;
 
 /// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
@@ -26,14 +29,92 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let begin = Instant::now();
     let map = Arc::new(load()?);
     let load_ms = begin.elapsed().as_secs_f64() * 1e3;
-    let config = Config { frames_per_step: 1, ..Config::default() };
-    let mut environment = Environment::new(map, config, 1)?;
+    let config = |physics| Config { frames_per_step: 1, physics, ..Config::default() };
+    let first = Environment::new(Arc::clone(&map), config(Physics::All), 1)?;
+    let first_ms = begin.elapsed().as_secs_f64() * 1e3;
     let resident_mb = resident_bytes()? as f64 / 1e6;
-    let (mut steps, mut resets) = (Vec::new(), Vec::new());
-    let mut seed = 1;
+    let more = (2..2 + WORLDS)
+        .map(|seed| Environment::new(Arc::clone(&map), config(Physics::All), seed))
+        .collect::<Result<Vec<_>, _>>()?;
+    let further_mb = (resident_bytes()? as f64 / 1e6 - resident_mb) / WORLDS as f64;
+    drop((first, more));
+    let peers = ask_peers(effort.count(PEER_STEPS));
+    for (figure, physics, who) in [
+        ("environment.step", Physics::All, "all vehicles with full physics"),
+        ("environment.step.ego", Physics::Ego, "the ego vehicle with full physics"),
+    ] {
+        let mut environment = Environment::new(Arc::clone(&map), config(physics), 1)?;
+        let rounds = steps(&mut environment, effort)?;
+        let spread = Spread::of_rounds(&rounds, 1e9).as_rates(1.0);
+        let workload = format!(
+            "one step of 50 ms on one core: ego and 12 cars, {who}, traffic, state vector, lidar \
+             of 240 rays; the map that ships, {load_ms:.0} ms from the cache, {first_ms:.0} ms to \
+             the first world, {resident_mb:.0} MB resident, {further_mb:.1} MB for each further \
+             world"
+        );
+        let unit = Unit::PerSecond("steps");
+        let figure = |peer, workload| {
+            let (name, value) = (figure, spread.p50);
+            Figure { name, workload, unit, value, spread, peer }
+        };
+        sink.put(&figure(None, workload), &machine)?;
+        for (peer, report) in &peers {
+            let Some(report) = report else {
+                sink.skip(figure(None, String::new()).name, &format!("{peer} is not installed"));
+                continue;
+            };
+            let number = |key: &str| report[key].as_f64().unwrap_or(f64::NAN);
+            let rates = report["steps_per_s"].as_array().into_iter().flatten();
+            let rates: Vec<f64> = rates.filter_map(serde_json::Value::as_f64).collect();
+            let workload = format!(
+                "the same beside {peer} with {:.1} cars and as many rays: {:.1} s from before its \
+                 import to the first observation, {:.0} MB resident",
+                number("others"),
+                number("first_observation_s"),
+                number("resident_mb")
+            );
+            let peer = Some(Peer { name: peer, value: median(&rates) });
+            sink.put(&figure(peer, workload), &machine)?;
+        }
+    }
+    let mut environment = Environment::new(map, config(Physics::All), 1)?;
+    let mut resets = Vec::new();
+    for round in 0..effort.rounds(ROUNDS) {
+        let mut nanos = Vec::new();
+        for seed in 0..effort.count(RESETS) {
+            let begin = Instant::now();
+            environment.reset((round * RESETS + seed) as u64)?;
+            nanos.push(begin.elapsed().as_nanos() as u64);
+        }
+        resets.push(nanos);
+    }
+    let spread = Spread::of_rounds(&resets, 1e6);
+    let workload = "another episode on the same map: 13 vehicles, a route of 300 m, ten frames in \
+                    which the vehicles settle"
+        .to_owned();
+    let (name, value) = ("environment.reset", spread.p50);
+    sink.put(&Figure { name, workload, unit: Unit::Millis, value, spread, peer: None }, &machine)?;
+    let (mut pixels, mut rasters) = (Vec::new(), Vec::new());
     for _ in 0..effort.rounds(ROUNDS) {
         let mut nanos = Vec::new();
-        let mut lidar = Vec::new();
+        for _ in 0..effort.count(STEPS) {
+            let begin = Instant::now();
+            environment.birds_eye(0, &mut pixels);
+            nanos.push(begin.elapsed().as_nanos() as u64);
+        }
+        rasters.push(nanos);
+    }
+    let spread = Spread::of_rounds(&rasters, 1e3);
+    let workload = "a bird's-eye raster of 6 channels of 84 x 84 pixels, 13 vehicles".to_owned();
+    let (name, value) = ("environment.birds_eye", spread.p50);
+    sink.put(&Figure { name, workload, unit: Unit::Micros, value, spread, peer: None }, &machine)
+}
+
+/// Returns the nanoseconds of each step with its observations, in rounds.
+fn steps(environment: &mut Environment, effort: Effort) -> anyhow::Result<Vec<Vec<u64>>> {
+    let (mut rounds, mut lidar, mut seed) = (Vec::new(), Vec::new(), 1);
+    for _ in 0..effort.rounds(ROUNDS) {
+        let mut nanos = Vec::new();
         for _ in 0..effort.count(STEPS) {
             let begin = Instant::now();
             let state = environment.egos()[0].state();
@@ -47,31 +128,26 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
                 environment.reset(seed)?;
             }
         }
-        steps.push(nanos);
-        let mut nanos = Vec::new();
-        for _ in 0..effort.count(RESETS) {
-            seed += 1;
-            let begin = Instant::now();
-            environment.reset(seed)?;
-            nanos.push(begin.elapsed().as_nanos() as u64);
-        }
-        resets.push(nanos);
+        rounds.push(nanos);
     }
-    let spread = Spread::of_rounds(&steps, 1e9).as_rates(1.0);
-    let workload = format!(
-        "one step of 50 ms on one core: ego and 12 cars with full physics, traffic, state vector, \
-         lidar of 240 rays; the map that ships, loaded from the cache in {load_ms:.0} ms, \
-         {resident_mb:.0} MB resident"
-    );
-    let (name, value) = ("environment.step", spread.p50);
-    let unit = Unit::PerSecond("steps");
-    sink.put(&Figure { name, workload, unit, value, spread, peer: None }, &machine)?;
-    let spread = Spread::of_rounds(&resets, 1e6);
-    let workload = "another episode on the same map: 13 vehicles, a route of 300 m, ten frames in \
-                    which the vehicles settle"
-        .to_owned();
-    let (name, value) = ("environment.reset", spread.p50);
-    sink.put(&Figure { name, workload, unit: Unit::Millis, value, spread, peer: None }, &machine)
+    Ok(rounds)
+}
+
+const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/environment_peers.py");
+
+/// Returns what each peer measured; `None` for one that is not installed or fails.
+fn ask_peers(steps: usize) -> Vec<(&'static str, Option<serde_json::Value>)> {
+    let ask = |name: &'static str, variable: &str| {
+        let python = std::env::var_os(variable).unwrap_or_else(|| "python3".into());
+        let output = Command::new(python).args([PEERS, name, &steps.to_string()]).output().ok()?;
+        let report = String::from_utf8_lossy(&output.stdout);
+        let report: serde_json::Value = serde_json::from_str(report.lines().last()?).ok()?;
+        report.is_object().then_some(report)
+    };
+    vec![
+        ("MetaDrive", ask("metadrive", "OMNIBUS_METADRIVE_PYTHON")),
+        ("highway-env", ask("highway-env", "OMNIBUS_HIGHWAY_ENV_PYTHON")),
+    ]
 }
 
 /// Resident memory of this process.
