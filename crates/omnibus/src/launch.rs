@@ -144,7 +144,7 @@ impl WorldArgs {
                 let (name, text) = mapgen::default_map();
                 (name.to_owned(), text)
             }
-            Some(name) => (name.clone(), maps::text(name, self.maps.as_deref())?),
+            Some(name) => (name.clone(), ::maps::text(name, self.maps.as_deref())?),
         };
         Ok(Episode { map, seed: self.seed, open_drive })
     }
