@@ -8,8 +8,10 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::Command,
-    sync::OnceLock,
+    sync::{Arc, OnceLock},
 };
+
+use environment::{Action, Cache, Config, Environment, EnvironmentMap};
 
 use crate::{
     carla::environment,
@@ -34,10 +36,24 @@ fn output(command: &mut Command) -> Result<String, String> {
 /// none.
 fn python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    FOUND.get_or_init(install).clone()
+    FOUND.get_or_init(|| install("omnibus-it-python", &wheel()?, &[])).clone()
 }
 
-fn install() -> Result<PathBuf, String> {
+/// Returns the interpreter of an environment that has the wheel and what `omnibus.gym` needs; or why
+/// there is none.
+fn gym_python() -> Result<PathBuf, String> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let packages = ["gymnasium==1.4.0", "pettingzoo==1.27.0"];
+    FOUND.get_or_init(|| install("omnibus-it-python-gym", &wheel()?, &packages)).clone()
+}
+
+/// Returns the wheel, built once; or why it cannot be built.
+fn wheel() -> Result<PathBuf, String> {
+    static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    BUILT.get_or_init(build_wheel).clone()
+}
+
+fn build_wheel() -> Result<PathBuf, String> {
     output(Command::new("python3").args(["-c", "import ensurepip, venv"]))?;
     let built = Command::new("sh").args(["run", "wheel"]).current_dir(root()).output().unwrap();
     if !built.status.success() {
@@ -46,20 +62,28 @@ fn install() -> Result<PathBuf, String> {
         return Err(format!("maturin cannot be installed: {said}"));
     }
     let printed = String::from_utf8(built.stdout).unwrap();
-    let wheel = root().join(printed.lines().last().unwrap());
+    Ok(root().join(printed.lines().last().unwrap()))
+}
+
+/// Makes an environment with the wheel and packages.
+fn install(name: &str, wheel: &Path, packages: &[&str]) -> Result<PathBuf, String> {
     // One for each checkout.
     let checkout = root().to_string_lossy().replace('/', "-");
-    let folder = std::env::temp_dir().join(format!("omnibus-it-python{checkout}"));
+    let folder = std::env::temp_dir().join(format!("{name}{checkout}"));
     output(Command::new("python3").args(["-m", "venv", "--clear"]).arg(&folder))?;
     let python = folder.join("bin/python");
     let install = ["-m", "pip", "install", "-q", "--disable-pip-version-check"];
-    output(Command::new(&python).args(install).arg(&wheel))?;
+    output(Command::new(&python).args(install).arg(wheel).args(packages))?;
     Ok(python)
 }
 
 /// Runs a program of `tests/python` outside the checkout, and expects that it succeeds.
 fn run(test: &str, script: &str, args: &[&Path]) {
-    let python = match python() {
+    run_with(python(), test, script, args);
+}
+
+fn run_with(python: Result<PathBuf, String>, test: &str, script: &str, args: &[&Path]) {
+    let python = match python {
         Ok(python) => python,
         Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
     };
@@ -106,6 +130,34 @@ fn the_examples_of_the_python_package_run() {
     run(test, "examples.py", &[&root().join("client-lib/python/examples")]);
 }
 
+/// The state hash of forty steps of an environment, as `tests/python/gym_environments.py` makes them.
+fn hash_of_forty_steps() -> u64 {
+    let text = fs::read_to_string(small_map()).unwrap();
+    let map = EnvironmentMap::load(&Cache::disabled(), small_map(), &text, 3).unwrap();
+    let config = Config { vehicles: 4, route_m: 80.0, ..Config::default() };
+    let mut environment = Environment::new(Arc::new(map), config, 7).unwrap();
+    for step in 0..40 {
+        let steer = if step % 20 < 10 { 0.05 } else { -0.05 };
+        environment.step(&[Action::Pedals { steer, pedal: 0.3 }]).unwrap();
+    }
+    environment.simulation().sim().state_hash()
+}
+
+#[test]
+fn gymnasium_and_pettingzoo_accept_the_environments_and_their_hashes_are_rust_s() {
+    let hash = hash_of_forty_steps().to_string();
+    run_with(
+        gym_python(),
+        "gymnasium_and_pettingzoo_accept_the_environments_and_their_hashes_are_rust_s",
+        "gym_environments.py",
+        &[&root().join("docs/gym.md"), Path::new(&hash), &gym_examples()],
+    );
+}
+
+fn gym_examples() -> PathBuf {
+    root().join("client-lib/python/examples/gym")
+}
+
 /// The quick start of the manual and the examples have no fault either.
 #[test]
 fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
@@ -114,8 +166,14 @@ fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
         let python = python()?;
         let checkers = environment(
             "omnibus-it-python-types",
-            &["mypy==2.4.1", "pyright==1.1.414", "numpy==2.4.6"],
-            "import mypy, pyright, numpy",
+            &[
+                "mypy==2.4.1",
+                "pyright==1.1.414",
+                "numpy==2.4.6",
+                "gymnasium==1.4.0",
+                "pettingzoo==1.27.0",
+            ],
+            "import mypy, pyright, numpy, gymnasium, pettingzoo",
         )?;
         // It downloads itself when it is used first.
         output(Command::new(&checkers).args(["-m", "pyright", "--version"]))?;
@@ -126,11 +184,22 @@ fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
         Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
     };
     let folder = Scratch::new();
-    let manual = fs::read_to_string(root().join("docs/python.md")).unwrap();
-    let quick_start = manual.split("```python\n").nth(1).unwrap().split("```").next().unwrap();
-    fs::write(folder.path().join("quick_start.py"), quick_start).unwrap();
-    for example in fs::read_dir(root().join("client-lib/python/examples")).unwrap().flatten() {
-        fs::copy(example.path(), folder.path().join(example.file_name())).unwrap();
+    for (page, name) in [("docs/python.md", "quick_start"), ("docs/gym.md", "gym_page")] {
+        let page = fs::read_to_string(root().join(page)).unwrap();
+        // The quick start of the one page, and every example of the other.
+        let blocks = page.split("```python\n").skip(1);
+        let count = if name == "quick_start" { 1 } else { usize::MAX };
+        for (index, block) in blocks.take(count).enumerate() {
+            let program = block.split("```").next().unwrap();
+            fs::write(folder.path().join(format!("{name}_{index}.py")), program).unwrap();
+        }
+    }
+    for examples in [root().join("client-lib/python/examples"), gym_examples()] {
+        for example in fs::read_dir(examples).unwrap().flatten() {
+            if example.path().extension().is_some_and(|extension| extension == "py") {
+                fs::copy(example.path(), folder.path().join(example.file_name())).unwrap();
+            }
+        }
     }
     let packages = "import sysconfig; print(sysconfig.get_path('purelib'))";
     let packages = output(Command::new(&python).args(["-c", packages])).unwrap();
@@ -147,7 +216,7 @@ fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
         let said = String::from_utf8_lossy(&ended.stdout);
         assert!(ended.status.success(), "{said}{}", String::from_utf8_lossy(&ended.stderr));
     };
-    check(&[&"mypy", &"--strict", &"--python-executable", &python, &".", &package]);
-    check(&[&"pyright", &"--pythonpath", &python, &"."]);
+    check(&[&"mypy", &"--strict", &".", &package]);
+    check(&[&"pyright", &"--pythonpath", &checkers, &"."]);
     check(&[&"mypy.stubtest", &"omnibus", &"--allowlist", &allowed]);
 }

@@ -1,11 +1,12 @@
-//! Read-only NumPy arrays over memory of the simulator.
+//! NumPy arrays: read-only ones over memory of the simulator, and writable ones of their own.
 
 use std::sync::Arc;
 
 use pyo3::{
+    intern,
     prelude::*,
     sync::PyOnceLock,
-    types::{PyDict, PyList, PyTuple},
+    types::{PyByteArray, PyDict, PyList, PyTuple},
 };
 
 /// Bytes that live as long as this value.
@@ -98,4 +99,11 @@ impl RecordType {
         let bytes = array(py, owner, offset, "|u1", &[count * item])?;
         bytes.call_method1("view", (dtype,))
     }
+}
+
+/// Numbers as a writable array of one dimension, which owns them: nothing writes into it later.
+pub(crate) fn fresh<'py>(py: Python<'py>, numbers: &[f32]) -> PyResult<Bound<'py, PyAny>> {
+    static FROMBUFFER: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let bytes = PyByteArray::new(py, bytemuck::cast_slice(numbers));
+    FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, intern!(py, "<f4")))
 }

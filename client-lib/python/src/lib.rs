@@ -10,6 +10,7 @@ mod array;
 mod bundle;
 mod client;
 mod core;
+mod environment;
 mod error;
 mod map;
 mod measurement;
@@ -34,6 +35,8 @@ mod _omnibus {
     use super::bundle::Bundle;
     #[pymodule_export]
     use super::client::Client;
+    #[pymodule_export]
+    use super::environment::{Environment, EnvironmentMap};
     #[pymodule_export]
     use super::map::{LanePoint, Map};
     #[pymodule_export]

@@ -423,3 +423,62 @@ class Client:
     def _tick(
         self, timeout_secs: float | None, cancel: Cancel | None
     ) -> tuple[int, World, list[tuple[str, Measurement | None]]]: ...
+
+@final
+class EnvironmentMap:
+    """A map for environments in this process; several environments may share it. It is loaded from
+    the cache where possible."""
+
+    def __new__(cls, map: str | None = None, *, seed: int = 1) -> Self:
+        """``map`` is a name or an OpenDRIVE file as in ``omnibus.launch``; ``seed`` decides how the
+        town is furnished."""
+    @property
+    def name(self) -> str: ...
+    @property
+    def seed(self) -> int: ...
+
+@final
+class Environment:
+    """Ego vehicles in a world in this process: what ``omnibus.gym`` is made of.
+
+    Calls release the interpreter's lock while they work. Two threads cannot use one environment at
+    the same time: the later call raises ``NotAllowedError``. Arrays are writable and own their
+    memory: nothing writes into them later.
+    """
+
+    def __new__(
+        cls,
+        map: EnvironmentMap,
+        *,
+        seed: int = 1,
+        waypoints: bool = False,
+        egos: int = 1,
+        vehicles: int = 12,
+        frame_s: float = 0.05,
+        frames_per_step: int = 2,
+        route_m: float = 300.0,
+        steps_max: int = 1000,
+        lidar_rays: int = 0,
+        lidar_range_m: float = 50.0,
+        off_route_m: float = 0.5,
+        rewards: Sequence[float] | None = None,
+    ) -> Self:
+        """``rewards`` has the eight numbers of ``omnibus.gym.Rewards`` in their order."""
+    def reset(self, seed: int) -> None:
+        """Begins another episode. The same seed gives the same episode."""
+    def step(
+        self, actions: Sequence[tuple[float, float]]
+    ) -> list[tuple[float, Literal["arrival", "collision", "off_route", "steps"] | None]]:
+        """Advances by one step; an action is steering wheel and pedal, or with ``waypoints`` metres
+        to the left of the lane's middle and metres per second. Returns reward and ending of each ego
+        vehicle."""
+    def state(self, ego: int = 0) -> NDArray[np.float32]:
+        """Returns the state vector, 24 numbers (docs/gym.md)."""
+    def lidar(self, ego: int = 0) -> NDArray[np.float32]:
+        """Returns for each ray the distance to the next object as a fraction of the range."""
+    def progress(self, ego: int = 0) -> tuple[float, float, float, float]:
+        """Returns the distance along the route, its length (metres), the forward speed (metres per
+        second) and the distance to the left of the lane's middle (metres)."""
+    @property
+    def state_hash(self) -> int:
+        """A hash of everything that decides the future, as ``World.state_hash``."""
