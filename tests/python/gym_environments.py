@@ -23,6 +23,7 @@ import omnibus
 import omnibus.gym
 from omnibus import _omnibus
 from omnibus.gym import (
+    BirdsEye,
     Continuous,
     Discrete,
     DriveConfig,
@@ -70,7 +71,12 @@ def same(a: Any, b: Any) -> bool:
 
 def checkers() -> None:
     """The official checkers, for every kind of observation and action."""
-    for observations in (State(), Lidar(rays=32), (State(), Lidar())):
+    for observations in (
+        State(),
+        Lidar(rays=32),
+        BirdsEye(size_px=32),
+        (State(), Lidar(), BirdsEye()),
+    ):
         for actions in (Continuous(), Discrete(), Waypoint()):
             config = dataclasses.replace(CONFIG, observations=observations, actions=actions)
             with warnings.catch_warnings():
@@ -123,6 +129,25 @@ def observations() -> None:
     assert one.reset()[1]["route_m"] > 70
 
 
+def pictures() -> None:
+    """The raster, and pictures that are drawn from it."""
+    config = dataclasses.replace(CONFIG, observations=BirdsEye(size_px=64, pixel_m=0.5))
+    env = DriveEnv(config, "rgb_array")
+    raster, _ = env.reset(seed=1)
+    assert raster.shape == (6, 64, 64) and raster.dtype == np.uint8
+    # The ego vehicle: 4.7 m × 1.9 m of half metres, in the middle of its route, on the road.
+    ego = raster[5] > 0
+    assert ego[32, 32] and 20 < ego.sum() < 60, ego.sum()
+    assert (raster[2] > 0)[20:30, 32].all() and (raster[0] > 0)[ego].all()
+    image = env.render()
+    assert image.shape == (256, 256, 3) and image.dtype == np.uint8
+    assert tuple(image[128, 128]) == (30, 140, 70)
+    assert DriveEnv(CONFIG).render() is None
+    world = parallel_env(2, CONFIG, "rgb_array")
+    world.reset(seed=1)
+    assert world.render().shape == (256, 256, 3)
+
+
 def endings() -> None:
     """Endings: terminated or truncated, never both; a controller of waypoints arrives."""
     waypoints = DriveEnv(dataclasses.replace(CONFIG, vehicles=0, actions=Waypoint()))
@@ -149,7 +174,10 @@ def agents() -> None:
     world.reset(seed=2)
     assert world.agents == ["ego_0", "ego_1", "ego_2"]
     counts = []
-    while world.agents:
+    # Some more than the most steps of an episode.
+    for _ in range(200):
+        if not world.agents:
+            break
         wheel = {"ego_0": (1.0, 1.0), "ego_1": (0.0, -1.0), "ego_2": (0.0, -1.0)}
         given = {agent: wheel[agent] for agent in world.agents}
         observed, rewards, ended, cut, infos = world.step(given)
@@ -224,6 +252,7 @@ if __name__ == "__main__":
         checkers,
         seeds,
         observations,
+        pictures,
         endings,
         agents,
         processes,

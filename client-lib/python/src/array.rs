@@ -107,3 +107,15 @@ pub(crate) fn fresh<'py>(py: Python<'py>, numbers: &[f32]) -> PyResult<Bound<'py
     let bytes = PyByteArray::new(py, bytemuck::cast_slice(numbers));
     FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, intern!(py, "<f4")))
 }
+
+/// Bytes as a writable array of a shape, which owns them: nothing writes into it later.
+pub(crate) fn fresh_bytes<'py>(
+    py: Python<'py>,
+    bytes: &[u8],
+    shape: [usize; 3],
+) -> PyResult<Bound<'py, PyAny>> {
+    static FROMBUFFER: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
+    let bytes = PyByteArray::new(py, bytes);
+    let flat = FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, intern!(py, "|u1")))?;
+    flat.call_method1(intern!(py, "reshape"), (PyTuple::new(py, shape)?,))
+}

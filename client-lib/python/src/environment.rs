@@ -2,11 +2,14 @@
 
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
-use environment::{Action, Cache, Config, Ego, Ending, EnvironmentError, Reward};
+use environment::{
+    Action, BIRDS_EYE_CHANNELS, BirdsEye, Cache, Config, Ego, Ending, EnvironmentError, Physics,
+    Reward,
+};
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{
-    array::fresh,
+    array::{fresh, fresh_bytes},
     error::{NotAllowedError, OmnibusError, RefusedError},
 };
 
@@ -123,9 +126,9 @@ impl Environment {
 impl Environment {
     #[new]
     #[pyo3(signature = (
-        map, *, seed=1, waypoints=false, egos=1, vehicles=12, frame_s=0.05, frames_per_step=2,
-        route_m=300.0, steps_max=1000, lidar_rays=0, lidar_range_m=50.0, off_route_m=0.5,
-        rewards=None,
+        map, *, seed=1, waypoints=false, egos=1, vehicles=12, kinematic_traffic=false,
+        frame_s=0.05, frames_per_step=2, route_m=300.0, steps_max=1000, lidar_rays=0,
+        lidar_range_m=50.0, birds_eye_px=84, birds_eye_pixel_m=0.5, off_route_m=0.5, rewards=None,
     ))]
     fn new(
         py: Python<'_>,
@@ -134,20 +137,26 @@ impl Environment {
         waypoints: bool,
         egos: usize,
         vehicles: usize,
+        kinematic_traffic: bool,
         frame_s: f32,
         frames_per_step: u32,
         route_m: f32,
         steps_max: u32,
         lidar_rays: usize,
         lidar_range_m: f32,
+        birds_eye_px: usize,
+        birds_eye_pixel_m: f32,
         off_route_m: f32,
         rewards: Option<[f32; 8]>,
     ) -> PyResult<Environment> {
         let reward = rewards.map_or_else(Reward::default, reward_of);
-        let observed = Config { lidar_rays, lidar_range_m, ..Config::default() };
+        let birds_eye = BirdsEye { size_px: birds_eye_px, pixel_m: birds_eye_pixel_m };
+        let observed = Config { lidar_rays, lidar_range_m, birds_eye, ..Config::default() };
+        let physics = if kinematic_traffic { Physics::Ego } else { Physics::All };
         let config = Config {
             egos,
             vehicles,
+            physics,
             frame_s,
             frames_per_step,
             route_m,
@@ -197,6 +206,17 @@ impl Environment {
             Ok(())
         })?;
         fresh(py, &distances)
+    }
+
+    #[pyo3(signature = (ego=0))]
+    fn birds_eye<'py>(&self, py: Python<'py>, ego: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.check_ego(ego)?;
+        let mut pixels = Vec::new();
+        let size_px = self.with(py, |inner| {
+            inner.birds_eye(ego, &mut pixels);
+            Ok(inner.config().birds_eye.size_px)
+        })?;
+        fresh_bytes(py, &pixels, [BIRDS_EYE_CHANNELS, size_px, size_px])
     }
 
     /// Distance along the route and its length, metres; forward speed, metres per second; distance

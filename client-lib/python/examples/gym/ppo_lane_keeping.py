@@ -1,6 +1,6 @@
 """Learns to keep the lane by proximal policy optimisation (PPO), on the processor, with NumPy alone.
 
-    python ppo_lane_keeping.py --steps 600000 --curve curve.csv --picture curve.svg
+    python ppo_lane_keeping.py --steps 400000 --curve curve.csv --picture curve.svg
 
 The environment is ``Omnibus/Drive-v0`` with the state vector and without other vehicles. Before and
 after, three policies drive the same routes, which are not among those of the training: the learned
@@ -32,9 +32,9 @@ ENVIRONMENTS = 8
 HORIZON = 256
 EPOCHS = 10
 BATCH = 256
-GAMMA, LAMBDA = 0.97, 0.95
+GAMMA, LAMBDA = 0.99, 0.95
 CLIP = 0.2
-ENTROPY = 0.0
+ENTROPY = 0.001
 LEARNING_RATE = 3e-4
 GRADIENT_MAX = 0.5
 #: Rewards are learned in this unit, so that returns are of the order of one.
@@ -183,7 +183,7 @@ class Learner:
         self.scale = Scale(size)
         self.policy = Layers(size, 2, 0.01, self.random)
         self.value = Layers(size, 1, 1.0, self.random)
-        self.log_deviation = np.full(2, -1.0)
+        self.log_deviation = np.full(2, -0.5)
         self.adam = Adam([*self.policy.parameters, self.log_deviation, *self.value.parameters])
         #: Returns and arrivals of the episodes that ended since the last update.
         self.ended: list[tuple[float, bool]] = []
@@ -332,7 +332,7 @@ def draw(path: str, rows: list[tuple[int, float, float]], title: str) -> None:
 def main() -> None:
     """Trains, and compares policies before and after."""
     parser = argparse.ArgumentParser(description="PPO learns to keep the lane")
-    parser.add_argument("--steps", type=int, default=600_000)
+    parser.add_argument("--steps", type=int, default=400_000)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--episodes", type=int, default=50, help="routes on which policies are compared")
     parser.add_argument("--curve", help="a CSV file: steps, mean return, share of routes completed")

@@ -454,12 +454,15 @@ class Environment:
         waypoints: bool = False,
         egos: int = 1,
         vehicles: int = 12,
+        kinematic_traffic: bool = False,
         frame_s: float = 0.05,
         frames_per_step: int = 2,
         route_m: float = 300.0,
         steps_max: int = 1000,
         lidar_rays: int = 0,
         lidar_range_m: float = 50.0,
+        birds_eye_px: int = 84,
+        birds_eye_pixel_m: float = 0.5,
         off_route_m: float = 0.5,
         rewards: Sequence[float] | None = None,
     ) -> Self:
@@ -476,6 +479,10 @@ class Environment:
         """Returns the state vector, 24 numbers (docs/gym.md)."""
     def lidar(self, ego: int = 0) -> NDArray[np.float32]:
         """Returns for each ray the distance to the next object as a fraction of the range."""
+    def birds_eye(self, ego: int = 0) -> NDArray[np.uint8]:
+        """Returns what is around an ego vehicle from above: 6 × size × size, 0 or 255; where vehicles
+        drive, road markings, the route, other actors, solid objects, the ego vehicle. Straight ahead
+        is up."""
     def progress(self, ego: int = 0) -> tuple[float, float, float, float]:
         """Returns the distance along the route, its length (metres), the forward speed (metres per
         second) and the distance to the left of the lane's middle (metres)."""

@@ -16,6 +16,7 @@ except ModuleNotFoundError:
 
 from .config import (
     Actions,
+    BirdsEye,
     Continuous,
     Discrete,
     DriveConfig,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "Actions",
+    "BirdsEye",
     "Continuous",
     "Discrete",
     "DriveConfig",

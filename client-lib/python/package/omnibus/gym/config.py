@@ -34,7 +34,25 @@ class Lidar:
         _check("Lidar.range_m", self.range_m, 1, 500)
 
 
-Observation = State | Lidar
+@dataclass(frozen=True)
+class BirdsEye:
+    """What is around the vehicle, from above: six images of bytes, 0 or 255, straight ahead upwards.
+    They are where vehicles drive, road markings, the route, other actors, solid objects, and the ego
+    vehicle, which is in the middle."""
+
+    #: Pixels along an edge, 8 to 512.
+    size_px: int = 84
+    #: Edge of a pixel. Metres, 0.1 to 4.
+    pixel_m: float = 0.5
+
+    key = "birds_eye"
+
+    def __post_init__(self) -> None:
+        _check("BirdsEye.size_px", self.size_px, 8, 512)
+        _check("BirdsEye.pixel_m", self.pixel_m, 0.1, 4)
+
+
+Observation = State | Lidar | BirdsEye
 
 
 @dataclass(frozen=True)
@@ -140,7 +158,7 @@ class DriveConfig:
     """What decides an episode beside its seed and the actions."""
 
     #: One observation, which is the observation itself, or several, which are a dictionary with the
-    #: keys ``"state"`` and ``"lidar"``.
+    #: keys ``"state"``, ``"lidar"`` and ``"birds_eye"``.
     observations: Observation | tuple[Observation, ...] = (State(), Lidar())
     actions: Actions = field(default_factory=Continuous)
     rewards: Rewards = field(default_factory=Rewards)
@@ -148,6 +166,9 @@ class DriveConfig:
     route: Route = field(default_factory=Route)
     #: Other vehicles, driven by traffic. 0 to 1000.
     vehicles: int = 12
+    #: Whether other vehicles move exactly as traffic means, without wheels and engine: faster, and
+    #: other state hashes than those of a simulator.
+    kinematic_traffic: bool = False
     #: Length of a frame. Seconds, 0.005 to 0.1.
     frame_s: float = 0.05
     #: Frames for each step. 1 to 100.

@@ -22,7 +22,7 @@ class DriveEnv(gymnasium.Env[Any, Any]):
     ``info``; ``vehicles`` and ``route_m`` hold for one episode. Other keys are ignored.
     """
 
-    metadata = {"render_modes": RENDER_MODES}
+    metadata = {"render_modes": RENDER_MODES, "render_fps": 10}
 
     def __init__(self, config: DriveConfig | None = None, render_mode: str | None = None) -> None:
         check_render_mode(render_mode)
@@ -47,6 +47,11 @@ class DriveEnv(gymnasium.Env[Any, Any]):
         truncated = ending == "steps"
         terminated = ending is not None and not truncated
         return world.observe(0), reward, terminated, truncated, world.info(0, ending)
+
+    def render(self) -> Any:
+        """Returns a picture of the surroundings from above, height × width × 3 bytes, straight ahead
+        upwards; None without the render mode ``"rgb_array"``."""
+        return None if self.render_mode is None else self._world.image(0)
 
     @property
     def state_hash(self) -> int:

@@ -24,6 +24,7 @@ class DriveParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc,unused-
         "name": "Omnibus/Drive-v0",
         "render_modes": RENDER_MODES,
         "is_parallelizable": True,
+        "render_fps": 10,
     }
 
     def __init__(
@@ -98,6 +99,13 @@ class DriveParallelEnv(ParallelEnv[str, Any, Any]):  # type: ignore[misc,unused-
             infos[agent] = self._world.info(index, ending)
         self.agents = [agent for agent in self.agents if infos[agent]["ending"] is None]
         return observations, rewards, terminations, truncations, infos
+
+    def render(self) -> Any:
+        """Returns a picture of the surroundings of the first agent of ``agents``, as
+        ``DriveEnv.render``."""
+        if self.render_mode is None:
+            return None
+        return self._world.image(self._index[self.agents[0]] if self.agents else 0)
 
     @property
     def state_hash(self) -> int:

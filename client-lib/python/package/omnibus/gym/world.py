@@ -12,10 +12,34 @@ from gymnasium import spaces
 from numpy.typing import NDArray
 
 from .._omnibus import Environment, EnvironmentMap
-from .config import Continuous, Discrete, DriveConfig, Lidar, Observation, State, Waypoint
+from .config import (
+    BirdsEye,
+    Continuous,
+    Discrete,
+    DriveConfig,
+    Lidar,
+    Observation,
+    State,
+    Waypoint,
+)
 
-RENDER_MODES: list[str] = []
+RENDER_MODES = ["rgb_array"]
 _STATE = 24
+#: The raster of images that are rendered where it is not observed, and the least edge of an image.
+_RENDERED = BirdsEye(size_px=256, pixel_m=0.25)
+_IMAGE_PX = 256
+_GROUND = (222, 226, 214)
+#: The color of each channel of the raster, from below to above.
+_COLORS = (
+    (118, 120, 124),  # where vehicles drive
+    (240, 240, 240),  # road markings
+    (120, 170, 220),  # the route
+    (205, 60, 50),  # other actors
+    (150, 128, 105),  # solid objects
+    (30, 140, 70),  # the ego vehicle
+)
+#: The order in which the channels are painted: markings are visible on the route.
+_PAINTED = (0, 2, 1, 4, 3, 5)
 #: The maps of this process, as long as an environment uses them.
 _maps: weakref.WeakValueDictionary[tuple[object, ...], EnvironmentMap] = (
     weakref.WeakValueDictionary()
@@ -55,6 +79,8 @@ def _space(observation: Observation) -> spaces.Space[Any]:
             return spaces.Box(-10.0, 10.0, (_STATE,), np.float32)
         case Lidar(rays=rays):
             return spaces.Box(0.0, 1.0, (rays,), np.float32)
+        case BirdsEye(size_px=size_px):
+            return spaces.Box(0, 255, (len(_COLORS), size_px, size_px), np.uint8)
 
 
 def action_space(config: DriveConfig) -> spaces.Space[Any]:
@@ -93,18 +119,22 @@ class World:
     ) -> Environment:
         config = self.config
         lidar = next((one for one in self._observed if isinstance(one, Lidar)), None)
+        eye = next((one for one in self._observed if isinstance(one, BirdsEye)), _RENDERED)
         return Environment(
             map,
             seed=seed,
             waypoints=isinstance(config.actions, Waypoint),
             egos=self._egos,
             vehicles=int(options.get("vehicles", config.vehicles)),
+            kinematic_traffic=config.kinematic_traffic,
             frame_s=config.frame_s,
             frames_per_step=config.frames_per_step,
             route_m=float(options.get("route_m", config.route.length_m)),
             steps_max=config.terminations.steps_max,
             lidar_rays=lidar.rays if lidar else 0,
             lidar_range_m=lidar.range_m if lidar else 50.0,
+            birds_eye_px=eye.size_px,
+            birds_eye_pixel_m=eye.pixel_m,
             off_route_m=config.terminations.off_route_m,
             rewards=config.rewards._values(),  # pyright: ignore[reportPrivateUsage]
         )
@@ -142,6 +172,17 @@ class World:
                 return self._environment.state(ego)
             case Lidar():
                 return self._environment.lidar(ego)
+            case BirdsEye():
+                return self._environment.birds_eye(ego)
+
+    def image(self, ego: int) -> NDArray[np.uint8]:
+        """Returns a picture of the surroundings from above, height × width × 3."""
+        raster = self._environment.birds_eye(ego)
+        image = np.full((*raster.shape[1:], 3), _GROUND, np.uint8)
+        for channel in _PAINTED:
+            image[raster[channel] > 0] = _COLORS[channel]
+        scale = -(-_IMAGE_PX // image.shape[0])
+        return image.repeat(scale, axis=0).repeat(scale, axis=1)
 
     def action(self, action: Any) -> tuple[float, float]:
         """Returns the two numbers of an action."""
