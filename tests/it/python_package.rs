@@ -158,6 +158,12 @@ fn gym_examples() -> PathBuf {
     root().join("client-lib/python/examples/gym")
 }
 
+#[test]
+fn python_s_followers_keep_their_lane_and_their_gap() {
+    let test = "python_s_followers_keep_their_lane_and_their_gap";
+    run(test, "agents.py", &[&root().join("client-lib/python/examples")]);
+}
+
 /// The quick start of the manual and the examples have no fault either.
 #[test]
 fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {
