@@ -133,7 +133,7 @@ impl Host {
             early: 0,
             tick: TickTimes::default(),
             is_ticking: false,
-            kept_deaths: 0,
+            kept: Vec::new(),
             prefers_latency: false,
             deferred: Vec::new(),
             flow: FlowControl::default(),

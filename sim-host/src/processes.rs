@@ -19,7 +19,7 @@ pub(crate) struct SystemProcesses {
     reports: Reports,
     stages: BTreeMap<usize, Stage>,
     watch: Arc<epoll_watch::Watch>,
-    cleaner: Sender<()>,
+    cleaner: Sender<Vec<u32>>,
     cleaned: Receiver<(u64, u64)>,
 }
 
@@ -110,8 +110,8 @@ impl Processes for SystemProcesses {
         }
     }
 
-    fn clean_up(&self) -> u64 {
-        if self.cleaner.try_send(()).is_err() {
+    fn clean_up(&self, spared: Vec<u32>) -> u64 {
+        if self.cleaner.try_send(spared).is_err() {
             return 1;
         }
         self.cleaned.recv_timeout(CLEANING_MAX).map_or(1, |(_, stuck)| stuck)
@@ -145,16 +145,18 @@ impl Processes for SystemProcesses {
 fn clean_on_demand(
     instance: &Instance,
     in_process: bool,
-    jobs: &Receiver<()>,
+    jobs: &Receiver<Vec<u32>>,
     results: &Sender<(u64, u64)>,
 ) {
     let Ok(node) = instance.node("cleaner", in_process) else { return };
-    while jobs.recv().is_ok() {
+    while let Ok(spared) = jobs.recv() {
         instance.sweep_unfinished_segments();
-        let mut report = node.clean();
+        let mut report = node.clean(&spared);
         if report.1 > 0 {
-            instance.sweep_stuck_nodes(|pid| process::start_time(pid).is_some());
-            report = node.clean();
+            instance.sweep_stuck_nodes(|pid| {
+                spared.contains(&pid) || process::start_time(pid).is_some()
+            });
+            report = node.clean(&spared);
         }
         let _ = results.try_send(report);
     }

@@ -114,8 +114,8 @@ pub(crate) struct Shell {
     pub tick: TickTimes,
     /// Whether a tick is in progress; commands that belong between two frames are then deferred.
     pub is_ticking: bool,
-    /// Dead processes whose ports are still on the bus, for clients that have not read them.
-    pub kept_deaths: u32,
+    /// Dead renderers whose ports are still on the bus, for clients that have not read them.
+    pub kept: Vec<u32>,
     /// Whether this thread runs as soon as it is woken: while there are sensors to be measured.
     pub prefers_latency: bool,
     /// Commands that came with a tick and belong between two frames.

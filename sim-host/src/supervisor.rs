@@ -51,9 +51,9 @@ pub(crate) trait Processes {
     /// Returns how the stage of a slot ended, which has ended; `None` if it was no process.
     fn status(&mut self, slot: usize) -> Option<String>;
 
-    /// Removes what dead processes left on the bus. Returns the number of items that could not be
-    /// removed.
-    fn clean_up(&self) -> u64;
+    /// Removes what dead processes left on the bus, except those in `spared`. Returns the number of
+    /// items that could not be removed.
+    fn clean_up(&self, spared: Vec<u32>) -> u64;
 
     /// Waits for the end of all stages; kills those that do not end.
     fn shut_down(&mut self);
@@ -175,10 +175,10 @@ impl Supervisor {
         Some((slot, Death { why, has_message }))
     }
 
-    /// Removes what dead processes left on the bus. Returns the number of items that could not be
-    /// removed.
-    pub(crate) fn clean_up(&self) -> u64 {
-        self.processes.clean_up()
+    /// Removes what dead processes left on the bus, except those in `spared`. Returns the number of
+    /// items that could not be removed.
+    pub(crate) fn clean_up(&self, spared: Vec<u32>) -> u64 {
+        self.processes.clean_up(spared)
     }
 
     /// Ends all stages and waits for them; kills those that do not end.
@@ -218,7 +218,7 @@ mod tests {
             None
         }
 
-        fn clean_up(&self) -> u64 {
+        fn clean_up(&self, _: Vec<u32>) -> u64 {
             0
         }
 

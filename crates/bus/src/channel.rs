@@ -40,7 +40,7 @@ pub struct Channel {
 }
 
 /// One for each slot, and some for dead processes that are not cleaned up yet.
-const MANY: usize = crate::control::SLOTS + 4;
+const MANY: usize = crate::control::SLOTS + 8;
 
 /// All channels, in the order in which a tick uses them.
 #[rustfmt::skip]
@@ -54,7 +54,7 @@ pub const CHANNELS: [Channel; 10] = [
     Channel { name: "snapshot", carries: "SnapshotHeader, [ActorState]",   writers: &[Host],    readers: &[Traffic, Render, Client], depth: 5,  writers_max: 1, readers_max: MANY, held: 4, history: 4, loss: Loss::OldestGoes },
     Channel { name: "resume",   carries: "TrafficHeader, [Block]",         writers: &[Host],    readers: &[Traffic],                 depth: 1,  writers_max: 1, readers_max: 8, held: 1, history: 1, loss: Loss::OldestGoes },
     Channel { name: "traffic",  carries: "TrafficHeader, [Block]",         writers: &[Traffic], readers: &[Host],                    depth: 2,  writers_max: 8, readers_max: 1, held: 3, history: 0, loss: Loss::OldestGoes },
-    Channel { name: "bundle",      carries: "BundleHeader, [Page]",           writers: &[Render, Host], readers: &[Client],                  depth: 4,  writers_max: 4, readers_max: 2, held: 8, history: 1, loss: Loss::OldestGoes },
+    Channel { name: "bundle",      carries: "BundleHeader, [Page]",           writers: &[Render, Host], readers: &[Client],                  depth: 4,  writers_max: 8, readers_max: 2, held: 8, history: 1, loss: Loss::OldestGoes },
 ];
 
 /// The channel of this name.

@@ -15,6 +15,7 @@ use std::{
 
 use bytemuck::{Pod, TransparentWrapper, Zeroable};
 use iceoryx2::{
+    node::NodeView as _,
     port::{
         BackpressureAction, ReceiveError, publisher::Publisher, subscriber::Subscriber,
         update_connections::UpdateConnections,
@@ -36,6 +37,23 @@ impl<T: Pod + Debug + Default> Header for T {}
 /// An element of a message's payload: plain old data.
 pub trait Element: Pod + Debug {}
 impl<T: Pod + Debug> Element for T {}
+
+/// Removes the dead nodes of other processes.
+fn clean<S: Service>(node: &Node<S>, spared: &[u32]) -> (u64, u64) {
+    let (mut removed, mut stuck) = (0, 0);
+    let listed = Node::<S>::list(node.config(), |state| {
+        if let NodeState::Dead(dead) = state
+            && !dead.id().pid::<S>().is_ok_and(|pid| spared.contains(&(pid.value() as u32)))
+        {
+            match dead.blocking_remove_stale_resources(Duration::ZERO) {
+                Ok(()) => removed += 1,
+                Err(_) => stuck += 1,
+            }
+        }
+        CallbackProgression::Continue
+    });
+    (removed, stuck + u64::from(listed.is_err()))
+}
 
 /// A header or element as iceoryx2 carries it.
 #[derive(Clone, Copy, Debug, Default, Zeroable, TransparentWrapper)]
@@ -80,14 +98,14 @@ impl BusNode {
         }))
     }
 
-    /// For the host: removes what dead processes left. Returns how many nodes were removed and how
-    /// many could not be.
-    pub fn clean(&self) -> (u64, u64) {
-        let state = match &self.0 {
-            Transport::Ipc(node) => node.try_cleanup_dead_nodes(),
-            Transport::Local(node) => node.try_cleanup_dead_nodes(),
-        };
-        (state.cleanups, state.failed_cleanups)
+    /// For the host: removes what dead processes left, except that of the processes in `spared`.
+    /// Messages that their readers have not received yet are lost with it. Returns how many nodes were
+    /// removed and how many could not be.
+    pub fn clean(&self, spared: &[u32]) -> (u64, u64) {
+        match &self.0 {
+            Transport::Ipc(node) => clean(node, spared),
+            Transport::Local(node) => clean(node, spared),
+        }
     }
 
     /// For the host: creates the channel, whose readers may borrow `borrowed_max` messages each. The

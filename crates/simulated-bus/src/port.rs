@@ -1,12 +1,13 @@
 //! Channels on the heap of one thread, with the depth, history and losses of the table of channels.
 //!
-//! As in the transport between processes, each reader has a queue for every writer, which outlives the
-//! writer; a reader or writer of a killed process stays until the host cleans up.
+//! As in the transport between processes, each reader has a queue for every writer, and finds it when
+//! it receives. A queue that the reader has found outlives the writer; one that it has not is lost with
+//! the writer. A reader or writer of a killed process stays until the host cleans up.
 
 use std::{
     any::Any,
     cell::RefCell,
-    collections::{BTreeMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, VecDeque},
     fmt::Debug,
     marker::PhantomData,
     rc::Rc,
@@ -54,6 +55,18 @@ struct ReaderEnd<H, T> {
     is_observer: bool,
     /// By writer.
     queues: BTreeMap<u64, VecDeque<Message<H, T>>>,
+    /// Writers whose queues the reader has found.
+    found: BTreeSet<u64>,
+}
+
+impl<H, T> ReaderEnd<H, T> {
+    /// Writers are gone.
+    fn lose(&mut self, writers: &[u64]) {
+        let ReaderEnd { is_observer, queues, found, .. } = self;
+        queues.retain(|writer, _| {
+            *is_observer || found.contains(writer) || !writers.contains(writer)
+        });
+    }
 }
 
 /// The ends of a channel.
@@ -65,20 +78,21 @@ struct Queues<H, T> {
 }
 
 trait AnyQueues: Any {
-    /// Removes the ends of processes that have ended; returns how many.
-    fn clean(&self) -> u64;
+    /// Removes the ends of processes that have ended and are not spared; returns how many.
+    fn clean(&self, spared: &[u32]) -> u64;
     /// The numbers of writers and readers.
     fn ends(&self) -> (usize, usize);
 }
 
 impl<H: Header, T: Element> AnyQueues for RefCell<Queues<H, T>> {
-    fn clean(&self) -> u64 {
+    fn clean(&self, spared: &[u32]) -> u64 {
         let Queues { writers, readers, .. } = &mut *self.borrow_mut();
         let count = writers.len() + readers.len();
-        let gone: Vec<u64> =
-            writers.iter().filter(|w| !scheduler::lives(w.pid)).map(|w| w.id).collect();
+        let stays = |pid| scheduler::lives(pid) || spared.contains(&pid);
+        let gone: Vec<u64> = writers.iter().filter(|w| !stays(w.pid)).map(|w| w.id).collect();
         writers.retain(|writer| !gone.contains(&writer.id));
-        readers.retain(|reader| reader.is_observer || scheduler::lives(reader.pid));
+        readers.iter_mut().for_each(|reader| reader.lose(&gone));
+        readers.retain(|reader| reader.is_observer || stays(reader.pid));
         (count - writers.len() - readers.len()) as u64
     }
 
@@ -107,13 +121,14 @@ fn find<H: Header, T: Element>(name: &str) -> Result<Rc<RefCell<Queues<H, T>>>, 
 pub struct BusNode;
 
 impl BusNode {
-    /// For the host: removes what dead processes left. Returns how many ends were removed, and 0.
-    pub fn clean(&self) -> (u64, u64) {
+    /// For the host: removes what dead processes left that are not in `spared`. Returns how many ends
+    /// were removed, and 0.
+    pub fn clean(&self, spared: &[u32]) -> (u64, u64) {
         if !scheduler::point("clean") {
             return (0, 0);
         }
         let channels: Vec<_> = CHANNELS.with_borrow(|all| all.values().cloned().collect());
-        (channels.iter().map(|channel| channel.clean()).sum(), 0)
+        (channels.iter().map(|channel| channel.clean(spared)).sum(), 0)
     }
 
     pub(crate) fn create<H: Header, T: Element>(
@@ -240,7 +255,9 @@ impl<H: Header, T: Element> Debug for Writer<H, T> {
 impl<H: Header, T: Element> Drop for Writer<H, T> {
     fn drop(&mut self) {
         if scheduler::point("close writer") {
-            self.shared.borrow_mut().writers.retain(|writer| writer.id != self.id);
+            let Queues { writers, readers, .. } = &mut *self.shared.borrow_mut();
+            writers.retain(|writer| writer.id != self.id);
+            readers.iter_mut().for_each(|reader| reader.lose(&[self.id]));
         }
     }
 }
@@ -341,7 +358,13 @@ impl<H: Header, T: Element> Reader<H, T> {
         queues.ids += 1;
         let id = queues.ids;
         let pid = scheduler::own_pid();
-        queues.readers.push(ReaderEnd { id, pid, is_observer, queues: BTreeMap::new() });
+        queues.readers.push(ReaderEnd {
+            id,
+            pid,
+            is_observer,
+            queues: BTreeMap::new(),
+            found: BTreeSet::new(),
+        });
         drop(queues);
         Reader { shared, id, is_observer }
     }
@@ -355,9 +378,10 @@ impl<H: Header, T: Element> Reader<H, T> {
         if !self.is_observer && !scheduler::point("receive") {
             return Ok(None);
         }
-        let mut queues = self.shared.borrow_mut();
-        let own = queues.readers.iter_mut().find(|reader| reader.id == self.id);
+        let Queues { writers, readers, .. } = &mut *self.shared.borrow_mut();
+        let own = readers.iter_mut().find(|reader| reader.id == self.id);
         let Some(own) = own else { return Ok(None) };
+        own.found.extend(writers.iter().map(|writer| writer.id));
         Ok(own.queues.values_mut().find_map(VecDeque::pop_front).map(Sample))
     }
 }

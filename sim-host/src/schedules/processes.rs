@@ -121,8 +121,8 @@ impl Processes for SimulatedProcesses {
         Some("killed".into())
     }
 
-    fn clean_up(&self) -> u64 {
-        BusNode.clean().1
+    fn clean_up(&self, spared: Vec<u32>) -> u64 {
+        BusNode.clean(&spared).1
     }
 
     fn shut_down(&mut self) {}

@@ -6,11 +6,9 @@ use protocol::Frame;
 use super::Shell;
 use crate::{HostError, barrier::OnDeath, supervisor::Death};
 
-/// Number of deaths of a stage in one frame after which it is not restarted.
+/// Number of deaths of a stage in one frame after which it is not restarted. The ports of so many
+/// renderers may stay on the bus for a frame; the table of channels has room for them.
 const DEATHS_MAX: u32 = 5;
-
-/// Dead processes whose ports stay on the bus: a bundle has room for so many more renderers.
-const KEPT_DEATHS_MAX: u32 = 2;
 
 impl Shell {
     /// Handles deaths, joins, requests and leaves of all slots.
@@ -155,25 +153,33 @@ impl Shell {
 
     /// Removes what dead processes left on the bus; returns how much could not be removed.
     ///
-    /// In synchronous mode what a renderer left stays until the next tick: the ticking client looks
-    /// for the measurements of a frame after its end, and may not have seen this renderer before.
-    /// What other processes leave until then stays too: the bus removes the ports of all dead
-    /// processes at once.
-    fn clean_up(&mut self, role: Option<Role>) -> u64 {
-        let is_kept = role == Some(Role::Render) || self.kept_deaths > 0;
-        let has_room = self.kept_deaths < KEPT_DEATHS_MAX;
-        if is_kept && has_room && self.settings.synchronous != 0 {
-            self.kept_deaths += 1;
-            return 0;
+    /// What a process left stays while it is in a slot: it may have died after another one whose
+    /// death is handled now, and what it sent last is not received yet.
+    fn clean_up(&self) -> u64 {
+        let occupied = (0..SLOTS).map(|slot| self.control.slot(slot)).filter(|words| {
+            !matches!(words.state(), SlotState::Free | SlotState::Quarantined | SlotState::Dead)
+        });
+        let spared = occupied.map(|words| words.pid()).chain(self.kept.iter().copied()).collect();
+        self.supervisor.clean_up(spared)
+    }
+
+    /// In synchronous mode, lets what a dead renderer left stay until the next tick, if it has arrived
+    /// at a frame that is not over: the ticking client looks for the measurements of a frame after its
+    /// end, and may not have seen this renderer before.
+    fn keep_measurements(&mut self, slot: usize) {
+        let words = self.control.slot(slot);
+        let newest = self.barrier.frame().0;
+        let is_unread = words.ack().0 + self.lag(Role::Render) >= newest;
+        if self.settings.synchronous != 0 && is_unread {
+            self.kept.push(words.pid());
         }
-        self.kept_deaths = 0;
-        self.supervisor.clean_up()
     }
 
     /// For the begin of a tick: removes what was kept.
     pub(crate) fn clean_up_kept(&mut self) {
-        if std::mem::take(&mut self.kept_deaths) > 0 {
-            self.supervisor.clean_up();
+        if !self.kept.is_empty() {
+            self.kept.clear();
+            self.clean_up();
         }
     }
 
@@ -194,7 +200,10 @@ impl Shell {
         // Data of the dead process is received before it is removed.
         self.receive_decided()?;
         self.inbox.drain(&self.ports, true)?;
-        let stuck = self.clean_up(role);
+        if role == Some(Role::Render) {
+            self.keep_measurements(slot);
+        }
+        let stuck = self.clean_up();
         let Some(role) = role else {
             self.barrier.dies(slot);
             self.control.leave_verdict_to_host();
