@@ -153,9 +153,7 @@ fn clean_on_demand(
         instance.sweep_unfinished_segments();
         let mut report = node.clean(&spared);
         if report.1 > 0 {
-            instance.sweep_stuck_nodes(|pid| {
-                spared.contains(&pid) || process::start_time(pid).is_some()
-            });
+            instance.sweep_stuck_nodes(&spared);
             report = node.clean(&spared);
         }
         let _ = results.try_send(report);

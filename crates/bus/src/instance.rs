@@ -9,12 +9,22 @@ use std::{
 };
 
 use iceoryx2::prelude::{Config, FileName, FilePath, Path as BusPath, SemanticString};
+use iceoryx2_bb_posix::unique_system_id::UniqueSystemId;
 use rustix::{
     fs::{FallocateFlags, FlockOperation, fallocate, flock},
     io::retry_on_intr,
 };
 
 use crate::{BusError, BusNode, CONTROL_LEN, ControlPageMapping, process, shared_memory::SHM};
+
+/// Returns the processes whose ids of iceoryx2 are in the name of a file: of a node or port the one
+/// that made it, of a connection those of both ends.
+fn creators(name: &str) -> impl Iterator<Item = u32> {
+    // Hashes of names are in hexadecimal, with 40 digits.
+    let ids = name.split(['_', '.']).filter(|part| (20..40).contains(&part.len()));
+    let ids = ids.filter_map(|part| part.parse::<u128>().ok());
+    ids.map(|id| UniqueSystemId::from(id).pid().value() as u32)
+}
 
 /// How often, and after which time, a host looks whether the files of a dead one of its name are gone.
 const REMOVALS_AWAITED: u32 = 20;
@@ -204,36 +214,28 @@ impl Instance {
     }
 
     /// For the host, before it cleans up after dead processes: a segment whose creator was killed before
-    /// it had a size blocks every process that opens it. Removes segments that were empty twice in a row.
+    /// it had a size blocks every process that opens it. Removes empty segments of dead processes.
     pub fn sweep_unfinished_segments(&self) -> usize {
-        let empty = |path: &PathBuf| fs::metadata(path).is_ok_and(|m| m.size() == 0);
-        let inode = |path: &PathBuf| fs::metadata(path).map(|m| m.ino()).unwrap_or(0);
-        let first: Vec<_> =
-            self.segments().into_iter().filter(empty).map(|p| (inode(&p), p)).collect();
-        if first.is_empty() {
-            return 0;
-        }
-        std::thread::sleep(Duration::from_millis(20));
-        let still = first.into_iter().filter(|(i, p)| empty(p) && inode(p) == *i);
-        still.filter(|(_, p)| fs::remove_file(p).is_ok()).count()
+        let is_unfinished = |path: &PathBuf| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+            fs::metadata(path).is_ok_and(|m| m.size() == 0)
+                && creators(&name).any(|pid| !process::is_alive(pid))
+        };
+        let unfinished = self.segments().into_iter().filter(is_unfinished);
+        unfinished.filter(|path| fs::remove_file(path).is_ok()).count()
     }
 
     /// For the host, when the transport could not remove the node of a dead process because of its
-    /// incomplete tag files: removes them.
-    pub fn sweep_stuck_nodes(&self, is_alive: impl Fn(u32) -> bool) -> usize {
+    /// incomplete tag files: removes them, except those of the processes in `spared`.
+    pub fn sweep_stuck_nodes(&self, spared: &[u32]) -> usize {
         let Ok(nodes) = fs::read_dir(self.root().join("nodes")) else { return 0 };
-        let mut removed = 0;
-        for node in nodes.flatten() {
-            let path = node.path();
+        let is_stuck = |node: &fs::DirEntry| {
             let name = node.file_name().to_string_lossy().into_owned();
-            // The low 32 bits of the id are the process id.
-            let digits: String = name.chars().take_while(char::is_ascii_digit).collect();
-            let Ok(id) = digits.parse::<u128>() else { continue };
-            if !is_alive(id as u32) && path.is_dir() && fs::remove_dir_all(&path).is_ok() {
-                removed += 1;
-            }
-        }
-        removed
+            let is_needed = |pid: u32| spared.contains(&pid) || process::is_alive(pid);
+            node.path().is_dir() && creators(&name).any(|pid| !is_needed(pid))
+        };
+        let stuck = nodes.flatten().filter(is_stuck);
+        stuck.filter(|node| fs::remove_dir_all(node.path()).is_ok()).count()
     }
 
     /// The transport's configuration for this instance. Clean-up as a side effect is off: only the host
@@ -380,6 +382,47 @@ mod tests {
         host.control().unwrap().initialise(0, 1, Strategy::BATCH);
         flock(&host._lock, FlockOperation::Unlock).unwrap();
         std::mem::forget(host);
+    }
+
+    /// An id of iceoryx2 that this process could make, and one of a process that has ended.
+    fn ids() -> [u128; 2] {
+        let mut ended = std::process::Command::new("true").spawn().unwrap();
+        ended.wait().unwrap();
+        let own = UniqueSystemId::new().unwrap().value();
+        let is_own_pid = |shift: &u32| (own >> shift) as u32 == std::process::id();
+        let shift = [0, 32, 64, 96].into_iter().find(is_own_pid).unwrap();
+        let rest = own & !(u128::from(u32::MAX) << shift);
+        [own, rest | u128::from(ended.id()) << shift]
+    }
+
+    #[test]
+    fn what_a_live_process_has_begun_stays_and_what_an_ended_one_left_is_removed() {
+        let host = Instance::create(None).unwrap();
+        let instance = &host.instance;
+        let [own, ended] = ids();
+        let segment = |name: &str| PathBuf::from(format!("{SHM}/{}{name}", instance.prefix()));
+        let hash = "0123456789012345678901234567890123456789";
+        let names = [
+            format!("{hash}_{own}__0.data"),
+            format!("{hash}_{ended}__0.data"),
+            format!("{hash}_{own}_{own}.connection"),
+            format!("{hash}_{own}_{ended}.connection"),
+            format!("{hash}.unknown"),
+        ];
+        for name in &names {
+            File::create_new(segment(name)).unwrap();
+        }
+        assert_eq!(instance.sweep_unfinished_segments(), 2);
+        let stays = names.each_ref().map(|name| segment(name).exists());
+        assert_eq!(stays, [true, false, true, false, true]);
+        let node = |id: u128| instance.root().join("nodes").join(id.to_string());
+        for id in [own, ended] {
+            fs::create_dir_all(node(id)).unwrap();
+        }
+        let pid = UniqueSystemId::from(ended).pid().value() as u32;
+        assert_eq!(instance.sweep_stuck_nodes(&[pid]), 0);
+        assert_eq!(instance.sweep_stuck_nodes(&[]), 1);
+        assert!(node(own).exists() && !node(ended).exists());
     }
 
     #[test]

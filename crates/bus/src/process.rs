@@ -17,6 +17,13 @@ pub fn start_time(pid: u32) -> Option<u64> {
     stat_field(pid, 22)
 }
 
+/// Whether process `pid` runs: it exists, and is not a zombie.
+pub fn is_alive(pid: u32) -> bool {
+    let stat = std::fs::read_to_string(format!("/proc/{pid}/stat")).unwrap_or_default();
+    let state = stat.rsplit_once(')').and_then(|(_, after)| after.trim_start().chars().next());
+    state.is_some_and(|state| !matches!(state, 'Z' | 'X'))
+}
+
 /// Processor time that process `pid` has used, in clock ticks of 10 ms.
 pub fn processor_ticks(pid: u32) -> Option<u64> {
     Some(stat_field(pid, 14)? + stat_field(pid, 15)?)
