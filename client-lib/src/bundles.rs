@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use protocol::{ActorId, BundleId, Command, CreateBundle, Name, SensorSpec, TEXT_BYTES, Transmit};
+use protocol::{
+    ActorId, BundleId, Command, CreateBundle, Name, Refusal, SensorSpec, TEXT_BYTES, Transmit,
+};
 
 use crate::{Client, ClientError, SensorBundle};
 
@@ -13,8 +15,8 @@ impl Client {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Refused`] if the actor does not exist, a sensor is not possible, or shared
-    /// memory has no room.
+    /// [`ClientError::Refused`] if the actor does not exist, a sensor is not possible, shared memory
+    /// has no room, or another client destroyed the actor or loaded a map meanwhile.
     pub fn create_bundle<S: Into<SensorSpec>>(
         &mut self,
         name: &str,
@@ -33,14 +35,23 @@ impl Client {
     ///
     /// # Errors
     ///
-    /// [`ClientError::Bus`] if the bundle does not exist.
+    /// [`ClientError::Refused`] if the bundle does not exist.
     pub fn open_bundle<S: Into<SensorSpec>>(
         &self,
         id: BundleId,
         sensors: impl IntoIterator<Item = S>,
     ) -> Result<SensorBundle, ClientError> {
         let connection = self.connection();
-        let reader = connection.bundles.open(id)?;
+        let reader = connection.bundles.open(id).map_err(|why| match why {
+            why if why.is_missing_channel() => ClientError::refused(
+                "bundle",
+                Refusal::not_found(format!(
+                    "there is no bundle {}; it may have been destroyed with its actor or its world",
+                    id.0
+                )),
+            ),
+            why => why.into(),
+        })?;
         let owner = Arc::downgrade(connection);
         let sensors = sensors.into_iter().map(S::into).collect();
         Ok(SensorBundle::new(id, self.episode(), sensors, reader, owner))

@@ -2,7 +2,7 @@
 //! that observes.
 
 use client_lib::{
-    Client, ClientError, Pose, Spawn,
+    Client, ClientError, Pose, RefusalCode, Spawn,
     wire::{camera, output},
 };
 use protocol::flag;
@@ -36,7 +36,13 @@ fn observe(instance: &str) -> Result<(), ClientError> {
     let mut client = Client::connect(Some(instance), "observer")?;
     let at = Pose::new(glam::Vec3::Z * 40.0, glam::Quat::IDENTITY);
     let spec = camera("above", at, 32, 24, 1.5, output::DEPTH);
-    let _bundle = client.create_bundle("observer", protocol::ActorId::NONE, [spec], 2)?;
+    let _bundle = loop {
+        match client.create_bundle("observer", protocol::ActorId::NONE, [spec], 2) {
+            // Another client has loaded the map again.
+            Err(ClientError::Refused { code: RefusalCode::NotFound, .. }) => {}
+            created => break created?,
+        }
+    };
     loop {
         match client.await_frame() {
             Ok(_) | Err(ClientError::Timeout { .. }) => {}
