@@ -4,7 +4,7 @@
 
 use std::{
     process::Child,
-    sync::Arc,
+    sync::{Arc, Weak},
     time::{Duration, Instant},
 };
 
@@ -84,13 +84,15 @@ impl Drop for Observer {
 
 /// Ends the host when the thread of the faults or that of the test fails: the other one ends then,
 /// and no simulator is left.
-struct EndsHostOnPanic(u32);
+struct EndsHostOnPanic(Weak<Sim>);
 
 impl Drop for EndsHostOnPanic {
     fn drop(&mut self) {
-        if std::thread::panicking() {
-            kill(self.0, Signal::KILL);
-        }
+        let Some(sim) = self.0.upgrade().filter(|_| std::thread::panicking()) else { return };
+        eprintln!("{}", sim.log());
+        kill(sim.host_pid(), Signal::TERM);
+        // It may be stopped.
+        kill(sim.host_pid(), Signal::CONT);
     }
 }
 
@@ -168,8 +170,10 @@ fn processes_of_every_kind_may_be_killed_and_stopped_at_random_times() {
     let own_files = open_files(std::process::id());
     let begun = Instant::now();
     for session in 0..sessions {
-        let sim = Arc::new(Sim::start_named(&name, &["--carla-port", "0"], &[]));
-        let _guard = EndsHostOnPanic(sim.host_pid());
+        // On a loaded machine, several successors in one frame take longer than the default deadline.
+        let args = ["--carla-port", "0", "--deadline-secs", "120"];
+        let sim = Arc::new(Sim::start_named(&name, &args, &[]));
+        let _guard = EndsHostOnPanic(Arc::downgrade(&sim));
         let mut judge = Judge::new(&sim);
         let path = scratch.path().join("faults.mcap");
         judge.client.start_recorder(path.to_str().unwrap(), Profile::State).unwrap();
@@ -188,7 +192,7 @@ fn processes_of_every_kind_may_be_killed_and_stopped_at_random_times() {
         let faulty = {
             let sim = Arc::clone(&sim);
             thread(move || {
-                let _guard = EndsHostOnPanic(sim.host_pid());
+                let _guard = EndsHostOnPanic(Arc::downgrade(&sim));
                 disturb(&sim, observer, faults, session as u64, ends_with_host)
             })
         };
