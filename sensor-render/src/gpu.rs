@@ -15,6 +15,7 @@ mod readback;
 mod resources;
 #[cfg(test)]
 pub(crate) mod tests;
+mod timer;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
@@ -28,6 +29,8 @@ use kernels::Kernels;
 use open::Gpu;
 use readback::Readback;
 use resources::{GROUPS_ACROSS, GpuResources};
+pub use timer::DeviceTimes;
+use timer::Timer;
 
 /// Maximum output of one submission in bytes: word offsets have 32 bits, and the staging buffer has
 /// the same length.
@@ -43,6 +46,8 @@ pub struct GpuTracer {
     kernels: Kernels,
     resources: GpuResources,
     readback: Readback,
+    /// `None` if the device has no timestamps.
+    timer: Option<Timer>,
     /// Imported payloads by address; `None` while imports are not allowed.
     imported: Option<BTreeMap<usize, Import>>,
     /// CPU tracer for bundles with outputs that the shaders lack, created on first use, and its
@@ -67,6 +72,8 @@ struct Import {
 /// Submitted batch.
 struct InFlight {
     submission: SubmissionIndex,
+    /// The slot of its timestamps.
+    timed: Option<usize>,
     /// Staging buffer, and the windows that are copied from it.
     staging: Option<(Buffer, Vec<Window>)>,
 }
@@ -84,11 +91,13 @@ impl GpuTracer {
         let resources = GpuResources::new(&gpu);
         gpu.check()?;
         let readback = Readback::default();
+        let timer = Timer::new(&gpu.device, &gpu.queue);
         Ok(Some(GpuTracer {
             gpu,
             kernels,
             resources,
             readback,
+            timer,
             imported: None,
             cpu_fallback: None,
             threads,
@@ -98,6 +107,12 @@ impl GpuTracer {
     /// Returns the name of the adapter.
     pub fn adapter(&self) -> &str {
         &self.gpu.name
+    }
+
+    /// Returns when the device worked on the last frame; `None` if it measured nothing, or has no
+    /// timestamps.
+    pub fn device_times(&self) -> Option<DeviceTimes> {
+        self.timer.as_ref()?.times()
     }
 
     /// Returns whether the driver can import memory of this process.
@@ -170,6 +185,9 @@ impl GpuTracer {
         for batch in &batches {
             bounds::check_batch(batch).map_err(|why| self.gpu.error(why))?;
         }
+        if let Some(timer) = &mut self.timer {
+            timer.begin_frame();
+        }
         let mut in_flight = VecDeque::new();
         for batch in &batches {
             if in_flight.len() == 2 {
@@ -197,8 +215,10 @@ impl GpuTracer {
         if self.resources.layout_changed(batch) {
             encoder.clear_buffer(self.resources.out(), 0, None);
         }
+        let (timed, timestamp_writes) = self.timer.as_mut().map(Timer::begin_batch).unzip();
         {
-            let mut pass = encoder.begin_compute_pass(&ComputePassDescriptor::default());
+            let descriptor = ComputePassDescriptor { label: Some("rays"), timestamp_writes };
+            let mut pass = encoder.begin_compute_pass(&descriptor);
             pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
             let Kernels { trace_cameras, draw_overlay, trace_lidars, pack_tags, .. } =
                 &self.kernels;
@@ -236,11 +256,18 @@ impl GpuTracer {
             }
             (buffer, staged)
         });
+        let timer = self.timer.as_ref().zip(timed);
+        if let Some((timer, slot)) = timer {
+            timer.end_batch(slot, &mut encoder);
+        }
         let submission = self.gpu.queue.submit([encoder.finish()]);
+        if let Some((timer, slot)) = timer {
+            timer.map(slot);
+        }
         if let Some((buffer, _)) = &staging {
             Readback::map(buffer, batch.byte_len);
         }
-        InFlight { submission, staging }
+        InFlight { submission, timed, staging }
     }
 
     /// Waits for a batch and copies its staged windows to the payloads.
@@ -256,6 +283,9 @@ impl GpuTracer {
         };
         self.gpu.device.poll(wait).map_err(|why| self.gpu.error(why.to_string()))?;
         self.gpu.check()?;
+        if let Some((timer, slot)) = self.timer.as_mut().zip(batch.timed) {
+            timer.finish_batch(slot);
+        }
         if let Some((buffer, windows)) = batch.staging {
             Readback::deliver(&self.gpu, &buffer, &windows, jobs)?;
         }

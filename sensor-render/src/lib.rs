@@ -55,7 +55,7 @@ pub use baked::scene_of;
 pub use cpu::CpuTracer;
 pub use device::Device;
 pub use error::TraceError;
-pub use gpu::GpuTracer;
+pub use gpu::{DeviceTimes, GpuTracer};
 pub use job::BundleJob;
 pub use meshes::{MeshList, MeshListError, scene_with};
 pub use overlay::Overlay;

@@ -4,7 +4,8 @@ use std::{path::PathBuf, sync::Arc};
 
 use bake::Cache;
 use bus::{
-    BusError, Event, Instance, Participant, RenderPorts, Role, SlotInstant, Snapshot, clock, fault,
+    BusError, DeviceInstant, Event, Instance, Participant, RenderPorts, Role, SlotInstant,
+    Snapshot, clock, fault,
 };
 use protocol::{
     ActorState, BundleHeader, BundleId, BundleReceipt, Command, CommandGroup, Episode, Frame,
@@ -249,8 +250,14 @@ impl Renderer {
             .collect();
         self.tracer.measure(&self.scene, &self.world, &mut jobs)?;
         drop(jobs);
-        self.participant.mark(SlotInstant::Worked, header.stamp.frame);
-        fault::point(Role::Render, "loan_held", header.stamp.frame, self.first);
+        let frame = header.stamp.frame;
+        if let Some(times) = self.tracer.device_times() {
+            self.participant.mark_device(DeviceInstant::Begun, frame, times.begun_nanos);
+            self.participant.mark_device(DeviceInstant::Traced, frame, times.traced_nanos);
+            self.participant.mark_device(DeviceInstant::Copied, frame, times.copied_nanos);
+        }
+        self.participant.mark(SlotInstant::Worked, frame);
+        fault::point(Role::Render, "loan_held", frame, self.first);
         for (bundle, loan) in due.iter().zip(loans) {
             loan.send(self.bundle_header(header, bundle, begin_nanos))?;
         }

@@ -1,8 +1,14 @@
 use protocol::{Plane, tracer};
 
 use crate::{
-    cpu::CpuTracer, device::Device, error::TraceError, gpu::GpuTracer, job::BundleJob, outputs,
-    scene::Scene, world::World,
+    cpu::CpuTracer,
+    device::Device,
+    error::TraceError,
+    gpu::{DeviceTimes, GpuTracer},
+    job::BundleJob,
+    outputs,
+    scene::Scene,
+    world::World,
 };
 
 /// Backend that casts rays and writes measurements.
@@ -52,6 +58,14 @@ impl Tracer {
             Tracer::Null => tracer::NULL,
             Tracer::Gpu(_) if !outputs::needs_cpu(planes) => tracer::GPU,
             Tracer::Cpu(_) | Tracer::Gpu(_) => tracer::CPU,
+        }
+    }
+
+    /// Returns when a GPU worked on the last frame.
+    pub fn device_times(&self) -> Option<DeviceTimes> {
+        match self {
+            Tracer::Gpu(tracer) => tracer.device_times(),
+            Tracer::Null | Tracer::Cpu(_) => None,
         }
     }
 

@@ -43,7 +43,7 @@ pub use ports::{
 pub use regular_file::{create_regular, open_regular, read_regular};
 pub use shared_memory::free_bytes;
 pub use snapshot::{Snapshot, SnapshotLoan, SnapshotReader, SnapshotWriter};
-pub use stage_clock::{CLOCK_FRAMES, HostInstant, SlotInstant, StageClock};
+pub use stage_clock::{CLOCK_FRAMES, DeviceInstant, HostInstant, SlotInstant, StageClock};
 pub use wait::{Notify, SequenceEvent, Spin, Strategy};
 
 #[cfg(test)]

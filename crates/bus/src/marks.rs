@@ -4,13 +4,18 @@ use protocol::Frame;
 
 use crate::{
     ControlPage, Role, SLOTS, SlotState, clock,
-    stage_clock::{HostInstant, SlotInstant, StageClock},
+    stage_clock::{DeviceInstant, HostInstant, SlotInstant, StageClock},
 };
 
 impl ControlPage {
     /// For the host: stores an instant of a frame.
     pub fn mark_host(&self, instant: HostInstant, frame: Frame, nanos: u64) {
         self.clocks.of_host(instant).store(frame, nanos);
+    }
+
+    /// For the renderer: stores an instant of a frame.
+    pub fn mark_device(&self, instant: DeviceInstant, frame: Frame, nanos: u64) {
+        self.clocks.of_device(instant).store(frame, nanos);
     }
 
     /// For the holder of `slot`: stores an instant of a frame.
@@ -36,6 +41,7 @@ impl ControlPage {
     /// Returns the stage clock of a frame, with the instants of the client in slot `client`.
     pub fn stage_clock(&self, frame: Frame, client: Option<usize>) -> StageClock {
         let host = |instant| self.host_instant(instant, frame);
+        let device = |instant| self.clocks.of_device(instant).load(frame);
         let of = |slot: Option<usize>, instant| self.instant(slot?, instant, frame);
         let live = |role| {
             let is_it = |slot: &usize| {
@@ -56,6 +62,9 @@ impl ControlPage {
             planned_nanos: of(traffic, SlotInstant::Worked),
             plan_delivered_nanos: of(traffic, SlotInstant::Arrived),
             trace_begun_nanos: of(render, SlotInstant::Begun),
+            device_begun_nanos: device(DeviceInstant::Begun),
+            device_traced_nanos: device(DeviceInstant::Traced),
+            device_copied_nanos: device(DeviceInstant::Copied),
             traced_nanos: of(render, SlotInstant::Worked),
             delivered_nanos: of(render, SlotInstant::Arrived),
             read_nanos: of(client, SlotInstant::Read),

@@ -9,8 +9,8 @@ use std::{
 };
 
 use crate::{
-    BusError, BusNode, ControlPageMapping, Ending, Instance, Journal, Role, SLOTS, Slot,
-    SlotInstant, SlotState, Snapshot, SnapshotReader, Strategy, clock, process,
+    BusError, BusNode, ControlPageMapping, DeviceInstant, Ending, Instance, Journal, Role, SLOTS,
+    Slot, SlotInstant, SlotState, Snapshot, SnapshotReader, Strategy, clock, process,
 };
 use protocol::{Frame, Name};
 
@@ -273,6 +273,11 @@ impl Participant {
     /// Stores that an instant of `frame` is now, for the stage clock.
     pub fn mark(&self, instant: SlotInstant, frame: Frame) {
         self.control.mark_now(self.slot, instant, frame);
+    }
+
+    /// Stores an instant of the device that traces for the renderer.
+    pub fn mark_device(&self, instant: DeviceInstant, frame: Frame, nanos: u64) {
+        self.control.mark_device(instant, frame, nanos);
     }
 
     /// Reports that the work of `frame` is done.

@@ -31,6 +31,17 @@ pub enum HostInstant {
     ControlApplied,
 }
 
+/// An instant of the device that traces for the renderer, which the renderer stores for each frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DeviceInstant {
+    /// The device began to cast rays.
+    Begun,
+    /// The device had cast all rays.
+    Traced,
+    /// The device had copied the results to where the renderer reads them.
+    Copied,
+}
+
 /// An instant that a stage or a client stores for each frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SlotInstant {
@@ -81,12 +92,17 @@ impl Ring {
 #[repr(C)]
 pub(crate) struct Clocks<const SLOTS: usize> {
     host: [Ring; 6],
+    device: [Ring; 3],
     slots: [[Ring; 6]; SLOTS],
 }
 
 impl<const SLOTS: usize> Clocks<SLOTS> {
     pub(crate) fn of_host(&self, instant: HostInstant) -> &Ring {
         &self.host[instant as usize]
+    }
+
+    pub(crate) fn of_device(&self, instant: DeviceInstant) -> &Ring {
+        &self.device[instant as usize]
     }
 
     pub(crate) fn of_slot(&self, slot: usize, instant: SlotInstant) -> &Ring {
@@ -123,6 +139,14 @@ pub struct StageClock {
     pub plan_delivered_nanos: Option<u64>,
     /// The renderer began with the frame.
     pub trace_begun_nanos: Option<u64>,
+    /// A GPU began to cast rays. `None` without a GPU that has timestamps. The times of a GPU are
+    /// moved so that the last of them is when the renderer noticed the end of its work: they are
+    /// late by the time that the notice took.
+    pub device_begun_nanos: Option<u64>,
+    /// The GPU had cast all rays.
+    pub device_traced_nanos: Option<u64>,
+    /// The GPU had copied the results to where the renderer reads them.
+    pub device_copied_nanos: Option<u64>,
     /// The renderer had measured every sensor that was due. `None` if none was.
     pub traced_nanos: Option<u64>,
     /// Every measurement was where clients read it.

@@ -45,7 +45,8 @@ fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> 
     let name = adapter.get_info().name;
     let descriptor = DeviceDescriptor {
         label: Some("sensor-render"),
-        required_features: adapter.features() & Features::TIMESTAMP_QUERY,
+        required_features: adapter.features()
+            & (Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
         required_limits: adapter.limits(),
         experimental_features: ExperimentalFeatures::disabled(),
         memory_hints: MemoryHints::Performance,

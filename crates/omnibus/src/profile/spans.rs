@@ -25,6 +25,8 @@ pub(crate) const PARTS: &[Part] = &[
     Part { name: "traffic sends", span: |a, _| (a.planned_nanos, a.plan_delivered_nanos) },
     Part { name: "renderer wakes", span: |a, _| (a.published_nanos, a.trace_begun_nanos) },
     Part { name: "renderer traces", span: |a, _| (a.trace_begun_nanos, a.traced_nanos) },
+    Part { name: "GPU traces", span: |a, _| (a.device_begun_nanos, a.device_traced_nanos) },
+    Part { name: "GPU copies", span: |a, _| (a.device_traced_nanos, a.device_copied_nanos) },
     Part { name: "renderer sends", span: |a, _| (a.traced_nanos, a.delivered_nanos) },
     Part { name: "client wakes", span: |a, _| (arrived(a), a.read_nanos) },
     Part { name: "client works", span: |a, b| (a.read_nanos, b.requested_nanos) },

@@ -12,17 +12,23 @@ use super::{live::LiveRun, sampler::Member};
 /// A point of an arrow: the process and the time.
 type Point = (Role, Option<u64>);
 
+/// The track of the renderer's GPU, which is none of a role.
+const GPU_TRACK: u32 = 100;
+
 /// A slice of one process.
 struct Slice {
     role: Role,
+    track: u32,
     name: &'static str,
     begin: Option<u64>,
     end: Option<u64>,
 }
 
 /// The slices of a frame.
-fn slices(clock: &StageClock, next: Option<&StageClock>) -> [Slice; 10] {
-    let slice = |role, name, begin, end| Slice { role, name, begin, end };
+fn slices(clock: &StageClock, next: Option<&StageClock>) -> [Slice; 12] {
+    let slice = |role, name, begin, end| Slice { role, track: role as u32, name, begin, end };
+    let on_gpu =
+        |name, begin, end| Slice { track: GPU_TRACK, ..slice(Role::Render, name, begin, end) };
     let (read, requested) = (clock.read_nanos, next.and_then(|next| next.requested_nanos));
     [
         slice(Role::Host, "commands", clock.begun_nanos, clock.physics_begun_nanos),
@@ -37,6 +43,8 @@ fn slices(clock: &StageClock, next: Option<&StageClock>) -> [Slice; 10] {
             clock.trace_begun_nanos,
             clock.traced_nanos.or(clock.delivered_nanos),
         ),
+        on_gpu("trace", clock.device_begun_nanos, clock.device_traced_nanos),
+        on_gpu("copy", clock.device_traced_nanos, clock.device_copied_nanos),
         slice(Role::Render, "send measurements", clock.traced_nanos, clock.delivered_nanos),
         // A measurement of a trailing renderer is read after the next request.
         slice(Role::Client, "await frame", clock.requested_nanos, read.min(requested.or(read))),
@@ -67,19 +75,23 @@ pub(crate) fn chrome_trace(run: &LiveRun) -> String {
         events.push(json!({ "ph": "M", "name": "process_sort_index", "pid": pid, "tid": pid,
             "args": { "sort_index": order } }));
     }
+    if run.clocks.iter().any(|clock| clock.device_begun_nanos.is_some()) {
+        events.push(json!({ "ph": "M", "name": "thread_name", "pid": track(Role::Render),
+            "tid": GPU_TRACK, "args": { "name": "GPU" } }));
+    }
     let origin = run.clocks.iter().filter_map(|clock| clock.requested_nanos.or(clock.begun_nanos));
     let origin = origin.min().unwrap_or(0);
     let micros = |nanos: u64| nanos.saturating_sub(origin) as f64 / 1e3;
     for (index, clock) in run.clocks.iter().enumerate() {
         let frame = clock.frame.0;
         let next = run.clocks.get(index + 1).filter(|next| next.frame == clock.frame.next());
-        for Slice { role, name, begin, end } in slices(clock, next) {
+        for Slice { role, track: thread, name, begin, end } in slices(clock, next) {
             let (Some(begin), Some(end)) = (begin, end) else { continue };
             if end < begin {
                 continue;
             }
             events.push(json!({ "ph": "X", "name": name, "cat": "stage", "pid": track(role),
-                "tid": track(role), "ts": micros(begin), "dur": (end - begin) as f64 / 1e3,
+                "tid": thread, "ts": micros(begin), "dur": (end - begin) as f64 / 1e3,
                 "args": { "frame": frame } }));
         }
         let chains: [(&str, &[Point]); 2] = [
