@@ -196,7 +196,8 @@ impl Driver<'_> {
             left = left.saturating_sub(1);
         }
         self.set(Settings { pipeline: 0, ..self.shared.plan.settings });
-        self.tick();
+        // A stage that was stopped may be late for longer than the frames until here.
+        while !self.tick() {}
         if !self.shared.may_idle.get() {
             let idle = scheduler::idle_nanos() - began_idle;
             assert_eq!(idle, 0, "all processes slept although there was something to do");
@@ -385,8 +386,9 @@ impl Driver<'_> {
         None
     }
 
-    /// Advances the world by a frame, in which all commands are carried out.
-    fn tick(&mut self) {
+    /// Advances the world by a frame, in which all commands are carried out. Returns whether every
+    /// participant has arrived at it.
+    fn tick(&mut self) -> bool {
         let complete = self.request();
         if self.shared.plan.may_be_overtaken() {
             while !self.are_answered_within(1_000_000) {
@@ -399,6 +401,7 @@ impl Driver<'_> {
             self.collect(frame);
         }
         while self.ports.snapshot.receive().unwrap().is_some() {}
+        complete.is_some()
     }
 
     /// Checks that every bundle has the measurement of `frame`.
