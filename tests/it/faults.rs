@@ -27,6 +27,9 @@ fn counts() -> (usize, usize) {
 /// Frames until the map is loaded again, and the run begins anew.
 const PERIOD: usize = 150;
 
+/// Kills of a stage in one frame: the host gives up after five, and ends the run.
+const KILLS_MAX: usize = 4;
+
 /// The longest stop of a process, and the longest time between two faults.
 const STOP_MAX_MICROS: u64 = 40_000;
 const PAUSE_MAX_MICROS: u64 = 30_000;
@@ -107,6 +110,8 @@ fn disturb(
     let mut random = RandomStream::from_state(seed);
     let mut tally = Tally::default();
     let mut killed = [None; VICTIMS.len()];
+    // The frame of the last kills, and how many there were in it.
+    let mut recent = [(0, 0); VICTIMS.len()];
     for _ in 0..faults {
         std::thread::sleep(Duration::from_micros(random.bits() % PAUSE_MAX_MICROS));
         let index = *random.pick(&[0, 0, 0, 1, 1, 1, 2, 3, 3, 4]);
@@ -117,7 +122,11 @@ fn disturb(
             pid.is_some()
         });
         let pid = pid.unwrap();
-        if victim == Victim::Host || random.chance(0.5) {
+        let frame = sim.frame();
+        if recent[index].0 != frame {
+            recent[index] = (frame, 0);
+        }
+        if victim == Victim::Host || recent[index].1 == KILLS_MAX || random.chance(0.5) {
             kill(pid, Signal::STOP);
             std::thread::sleep(Duration::from_micros(random.bits() % STOP_MAX_MICROS));
             kill(pid, Signal::CONT);
@@ -125,6 +134,7 @@ fn disturb(
         } else {
             kill(pid, Signal::KILL);
             tally.kills[index] += 1;
+            recent[index].1 += 1;
             killed[index] = Some(pid);
             if victim == Victim::Observer {
                 observer = Observer::start(sim);

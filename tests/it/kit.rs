@@ -197,6 +197,11 @@ impl Sim {
         self.live_pid(|slot| slot.pid() == pid).is_some()
     }
 
+    /// Returns the newest frame.
+    pub(crate) fn frame(&self) -> u64 {
+        self.instance.control().unwrap().tick.get()
+    }
+
     fn live_pid(&self, is_it: impl Fn(&bus::Slot) -> bool) -> Option<u32> {
         let control = self.instance.control().unwrap();
         let mut slots = (0..bus::SLOTS).map(|i| control.slot(i));
