@@ -10,7 +10,7 @@ use mesh::WordHash;
 use protocol::{ActorId, Command, Teleport, output};
 use rustix::process::Signal;
 
-use crate::kit::{DELTA_NANOS, Sim, is_soak, kill, note_skipped, omnibus, small_map};
+use crate::kit::{DELTA_NANOS, Sim, is_soak, kill};
 
 /// High above every roof, where only the marker is in view.
 const MIDDLE: Vec3 = Vec3::new(0.0, 0.0, 150.0);
@@ -266,18 +266,8 @@ fn a_view_of_a_measurement_lies_in_the_renderers_own_memory() {
 
 #[test]
 fn a_graphics_processor_writes_exact_frames_into_shared_memory() {
-    let alone = ["stage", "render", "--device", "gpu:0", "--frames", "1", "--warmup", "0"];
-    let tried = omnibus().args(alone).args(["--map", small_map()]).output().unwrap();
-    let said = String::from_utf8_lossy(&tried.stderr);
-    if said.contains("there is no Vulkan adapter") {
-        note_skipped(
-            "a_graphics_processor_writes_exact_frames_into_shared_memory",
-            "no Vulkan adapter, not even a software one",
-        );
-        return;
-    }
-    assert!(tried.status.success(), "{said}");
-    let sim = Sim::start(&["--device", "gpu:0"]);
+    let test = "a_graphics_processor_writes_exact_frames_into_shared_memory";
+    let Some(sim) = Sim::start_on_gpu(test) else { return };
     let mut stage = Stage::set(&sim, 0);
     // Bundles come and go: memory that the device writes into is released in time.
     for life in 0..3 {

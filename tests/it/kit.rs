@@ -114,6 +114,20 @@ impl Sim {
         Sim::start_with(args, &[])
     }
 
+    /// Starts a simulator with the first GPU, or with Mesa's software one. Without any, notes that
+    /// `test` is skipped.
+    pub(crate) fn start_on_gpu(test: &str) -> Option<Sim> {
+        let alone = ["stage", "render", "--device", "gpu:0", "--frames", "1", "--warmup", "0"];
+        let tried = omnibus().args(alone).args(["--map", small_map()]).output().unwrap();
+        let said = String::from_utf8_lossy(&tried.stderr);
+        if said.contains("there is no Vulkan adapter") {
+            note_skipped(test, "no Vulkan adapter, not even a software one");
+            return None;
+        }
+        assert!(tried.status.success(), "{said}");
+        Some(Sim::start(&["--device", "gpu:0"]))
+    }
+
     /// Starts a simulator with additional environment variables.
     pub(crate) fn start_with(args: &[&str], variables: &[(&str, &str)]) -> Sim {
         Sim::start_named(&unique("t"), args, variables)

@@ -84,6 +84,36 @@ fn the_stage_clock_has_every_instant_of_each_frame_in_causal_order() {
     sim.end();
 }
 
+#[test]
+fn a_gpu_works_between_the_begin_and_the_end_of_the_renderer() {
+    let test = "a_gpu_works_between_the_begin_and_the_end_of_the_renderer";
+    let Some(sim) = Sim::start_on_gpu(test) else { return };
+    let mut client = sim.ticker();
+    let above = Pose::new(Vec3::Z * 60.0, Quat::IDENTITY);
+    let spec = camera("c", above, 64, 48, 1.5, CameraOutputs::COLOR);
+    let mut bundle = client.create_bundle("above", ActorId::NONE, [spec], 2).unwrap();
+    client.tick().unwrap();
+    for _ in 0..5 {
+        let (frame, measured) = client.tick_and_collect(&mut [&mut bundle]).unwrap();
+        assert!(measured[0].is_some());
+        let clock = client.stage_clock(frame);
+        let chain = [
+            clock.trace_begun_nanos,
+            clock.device_begun_nanos,
+            clock.device_traced_nanos,
+            clock.device_copied_nanos,
+            clock.traced_nanos,
+        ];
+        assert!(chain.iter().all(Option::is_some) && chain.is_sorted(), "{clock:?}");
+    }
+    client.destroy_bundle(bundle).unwrap();
+    let unmeasured = client.tick().unwrap();
+    let clock = client.stage_clock(unmeasured);
+    assert_eq!((clock.device_begun_nanos, clock.device_copied_nanos), (None, None), "{clock:?}");
+    drop(client);
+    sim.end();
+}
+
 /// Runs `omnibus profile` and returns its result.
 fn profile(args: &[&str]) -> Value {
     let output = omnibus().args(["profile", "--json"]).args(args).output().unwrap();
