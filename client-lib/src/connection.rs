@@ -1,6 +1,7 @@
 //! What the two halves of a client share: the participant slot, the command port and the journal.
 
 use std::{
+    os::fd::OwnedFd,
     sync::{
         Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicU64, Ordering},
@@ -11,7 +12,7 @@ use std::{
 use bake::Cache;
 use bus::{
     ClientPorts, Instance, Interrupted, Participant, Reader, Role, SnapshotReader, Writer, clock,
-    fault,
+    fault, process,
 };
 use protocol::{
     BATCH_MAX, BatchHeader, BlueprintInfo, Frame, Name, Query, QueryHeader, RawCommand, Response,
@@ -103,6 +104,8 @@ pub(crate) struct Connection {
     /// The newest frame that this client took in.
     frame: AtomicU64,
     pub(crate) first: Frame,
+    /// The process of the host; `None` if it had ended when this client joined.
+    host: Option<OwnedFd>,
     // Last: a participant leaves when its ports are gone.
     pub(crate) participant: Participant,
 }
@@ -130,6 +133,7 @@ impl Connection {
             ClientPorts::open(participant.node()?)?;
         participant.ready()?;
         let first = participant.words().ack();
+        let (host, started) = participant.control().host_process();
         let connection = Connection {
             command: Mutex::new(command),
             inbox: Mutex::new(Inbox::new(
@@ -146,6 +150,7 @@ impl Connection {
             sequence: AtomicU64::new(0),
             frame: AtomicU64::new(first.0),
             first,
+            host: process::watch(host, started),
             participant,
         };
         Ok((connection, OwnPorts { snapshot, control }))
@@ -326,6 +331,11 @@ impl Connection {
         let world = Arc::new(StaticWorld::new(town));
         *known = Some((number, Arc::clone(&world)));
         Ok(world)
+    }
+
+    /// Whether the host has ended or is about to, even if that was not noticed yet.
+    pub(crate) fn has_host_ended(&self) -> bool {
+        self.participant.is_over() || !self.host.as_ref().is_some_and(process::is_running)
     }
 
     pub(crate) fn host_ended(&self) -> ClientError {

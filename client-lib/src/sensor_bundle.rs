@@ -94,7 +94,8 @@ impl SensorBundle {
     ///
     /// # Errors
     ///
-    /// As for [`SensorBundle::receive`].
+    /// As for [`SensorBundle::receive`]; [`ClientError::HostEnded`] if it has not come and the host
+    /// has ended, because the renderer then ends, too.
     pub fn receive_at(&mut self, frame: Frame) -> Result<Option<Measurement>, ClientError> {
         while self.last < frame {
             let Some(next) = self.receive()? else { break };
@@ -103,7 +104,10 @@ impl SensorBundle {
             }
             self.missed += 1;
         }
-        Ok(None)
+        match self.owner.upgrade() {
+            Some(owner) if self.last < frame && owner.has_host_ended() => Err(owner.host_ended()),
+            _ => Ok(None),
+        }
     }
 
     /// Returns the newest measurement that was not received yet and drops older ones.

@@ -88,6 +88,22 @@ pub(crate) fn undisturbed(frames: usize) -> &'static [Seen] {
     &seen[..frames]
 }
 
+#[test]
+fn a_measurement_that_is_lost_with_the_host_is_an_error() {
+    let mut sim = Sim::start(&[]);
+    let mut client = sim.ticker();
+    let mut bundle = furnish(&mut client).unwrap();
+    // Not received yet: the writer of a new bundle is found when its first measurement is received.
+    let frame = client.request_tick().unwrap().wait().unwrap();
+    let renderer = sim.pid(Role::Render).unwrap();
+    kill(sim.host_pid(), Signal::KILL);
+    eventually("the end of the renderer", || !lives(renderer));
+    let received = bundle.receive_at(frame).map(|measured| measured.is_some());
+    assert!(matches!(received, Err(ClientError::HostEnded { .. })), "{received:?}");
+    drop((client, bundle));
+    drop(sim.wait());
+}
+
 fn deaths(log: &str) -> usize {
     log.lines().filter(|line| line.contains(" died and is ")).count()
 }
