@@ -39,7 +39,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let further_mb = (resident_bytes()? as f64 / 1e6 - resident_mb) / WORLDS as f64;
     drop((first, more));
     let peers = ask_peers(effort.count(PEER_STEPS));
-    for (figure, physics, who) in [
+    for (figure, physics, bodies) in [
         ("environment.step", Physics::All, "all vehicles with full physics"),
         ("environment.step.ego", Physics::Ego, "the ego vehicle with full physics"),
     ] {
@@ -47,7 +47,7 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         let rounds = steps(&mut environment, effort)?;
         let spread = Spread::of_rounds(&rounds, 1e9).as_rates(1.0);
         let workload = format!(
-            "one step of 50 ms on one core: ego and 12 cars, {who}, traffic, state vector, lidar \
+            "one step of 50 ms on one core: ego and 12 cars, {bodies}, traffic, state vector, lidar \
              of 240 rays; the map that ships, {load_ms:.0} ms from the cache, {first_ms:.0} ms to \
              the first world, {resident_mb:.0} MB resident, {further_mb:.1} MB for each further \
              world"

@@ -547,7 +547,7 @@ const char *omnibus_build(void);
  * is that of the client, unique in its simulator: commands of one frame are carried out in the
  * order of names. `interface` is OMNIBUS_INTERFACE.
  *
- * `*client` belongs to the caller, who gives it to omnibus_close().
+ * `*client` belongs to the caller until it is given to omnibus_close().
  */
 enum OmnibusStatus omnibus_connect(uint32_t interface,
                                    const char *name,
@@ -683,7 +683,7 @@ enum OmnibusStatus omnibus_lane_ahead(const struct OmnibusClient *client,
 
 /**
  * Mounts a camera on an actor, or in the world (`parent` 0). It measures from the next frame on.
- * `*bundle` belongs to the caller, who gives it to omnibus_destroy_bundle().
+ * `*bundle` belongs to the caller until it is given to omnibus_destroy_bundle().
  */
 enum OmnibusStatus omnibus_create_camera(const struct OmnibusClient *client,
                                          const char *name,

@@ -181,7 +181,7 @@ fn unknown_outputs(outputs: u32) -> Fault {
 }
 
 /// Mounts a camera on an actor, or in the world (`parent` 0). It measures from the next frame on.
-/// `*bundle` belongs to the caller, who gives it to omnibus_destroy_bundle().
+/// `*bundle` belongs to the caller until it is given to omnibus_destroy_bundle().
 #[unsafe(no_mangle)]
 pub extern "C" fn omnibus_create_camera(
     client: Option<&OmnibusClient>,

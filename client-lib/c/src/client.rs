@@ -86,7 +86,7 @@ pub extern "C" fn omnibus_build() -> *const c_char {
 /// is that of the client, unique in its simulator: commands of one frame are carried out in the
 /// order of names. `interface` is OMNIBUS_INTERFACE.
 ///
-/// `*client` belongs to the caller, who gives it to omnibus_close().
+/// `*client` belongs to the caller until it is given to omnibus_close().
 #[unsafe(no_mangle)]
 pub extern "C" fn omnibus_connect(
     interface: u32,

@@ -98,7 +98,7 @@ impl<'a> Canvas<'a> {
         self.rectangle(channel, b.center.truncate(), b.half_extents_m.truncate(), b.axis);
     }
 
-    /// Sets the pixels whose middles lie in a rectangle with the given direction of its first edge.
+    /// Sets the pixels whose centres lie in a rectangle with the given direction of its first edge.
     fn rectangle(&mut self, channel: usize, center: Vec2, half_m: Vec2, axis: Vec2) {
         // In pixels, right and down from the upper left corner.
         let (forward, scale) = (self.forward, self.pixels_per_m);

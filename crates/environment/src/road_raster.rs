@@ -73,7 +73,7 @@ impl RoadRaster {
         raster
     }
 
-    /// Sets bits of the cells whose squares of half edge `reach` around their middles meet a
+    /// Sets bits of the cells whose squares of half edge `reach` around their centres meet a
     /// triangle. Coordinates in cells.
     fn draw(&mut self, [a, b, c]: [Vec2; 3], reach: f32, bits: u8) {
         let area = (b - a).perp_dot(c - a);
