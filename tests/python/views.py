@@ -5,6 +5,7 @@ import gc
 import math
 import pickle
 import random
+import sys
 
 import numpy as np
 from kit import launch, shared_memory
@@ -38,6 +39,7 @@ def every_output_is_a_read_only_view() -> None:
         arrays += [frame[name].readings for name in ("imu", "gnss", "odometry", "hits", "lanes")]
         for array in arrays:
             assert not array.flags.writeable and not array.flags.owndata
+            assert array.flags.c_contiguous and array.flags.aligned and type(array) is np.ndarray
             try:
                 array[...] = 0
             except ValueError:
@@ -55,6 +57,22 @@ def every_output_is_a_read_only_view() -> None:
         assert taken.ctypes.data == images["color"].ctypes.data and not taken.flags.writeable
         capsule = images["depth"].__dlpack__(max_version=(1, 0), copy=False)
         assert "dltensor_versioned" in repr(capsule), capsule
+
+
+def an_array_gives_back_what_it_refers_to() -> None:
+    with launch(sensors=[FRONT]) as simulator:
+        frame = simulator.client.tick()
+        front, world = frame["front"], frame.world
+        kept = front.color, front.depth, world.actors
+
+        def references() -> list[int]:
+            return [sys.getrefcount(array.dtype) for array in kept]
+
+        before = references()
+        for _ in range(1000):
+            assert front.color.shape == kept[0].shape and front.depth.shape == kept[1].shape
+            assert world.copy().actors.shape == kept[2].shape
+        assert references() == before, (references(), before)
 
 
 def a_thousand_views_are_held() -> None:
@@ -163,6 +181,7 @@ def values_are_pickled_and_copied() -> None:
 
 
 every_output_is_a_read_only_view()
+an_array_gives_back_what_it_refers_to()
 a_thousand_views_are_held()
 a_bundle_that_does_not_copy_says_so()
 everything_is_deleted_in_any_order()

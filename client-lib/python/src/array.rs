@@ -6,10 +6,12 @@ use pyo3::{
     intern,
     prelude::*,
     sync::PyOnceLock,
-    types::{PyByteArray, PyDict, PyList, PyTuple},
+    types::{PyByteArray, PyList, PyTuple},
 };
 
-/// Bytes that live as long as this value.
+use crate::numpy;
+
+/// Bytes that live as long as this value, and at one place.
 pub(crate) trait Bytes: Send + Sync {
     fn bytes(&self) -> &[u8];
 }
@@ -17,87 +19,78 @@ pub(crate) trait Bytes: Send + Sync {
 /// The owner of an array's memory: the base of the NumPy array.
 #[pyclass(frozen, module = "omnibus._omnibus")]
 pub(crate) struct Memory {
-    address: usize,
-    shape: Vec<usize>,
-    typestr: &'static str,
     _owner: Arc<dyn Bytes>,
-}
-
-#[pymethods]
-impl Memory {
-    /// NumPy's array interface, version 3.
-    #[getter]
-    fn __array_interface__<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let interface = PyDict::new(py);
-        interface.set_item("version", 3)?;
-        interface.set_item("shape", PyTuple::new(py, &self.shape)?)?;
-        interface.set_item("typestr", self.typestr)?;
-        // True: read-only.
-        interface.set_item("data", (self.address, true))?;
-        Ok(interface)
-    }
-}
-
-/// The part of `owner`'s bytes that begins at `offset`, as a read-only array.
-///
-/// # Panics
-///
-/// If the part is not inside.
-pub(crate) fn array<'py>(
-    py: Python<'py>,
-    owner: Arc<dyn Bytes>,
-    offset: usize,
-    typestr: &'static str,
-    shape: &[usize],
-) -> PyResult<Bound<'py, PyAny>> {
-    let item: usize = typestr[2..].parse().expect("a size in bytes ends the type");
-    let len = shape.iter().product::<usize>() * item;
-    let address = owner.bytes()[offset..offset + len].as_ptr() as usize;
-    let memory = Memory { address, shape: shape.to_vec(), typestr, _owner: owner };
-    static ASARRAY: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
-    ASARRAY.import(py, "numpy", "asarray")?.call1((memory,))
 }
 
 /// A field of a record: name, NumPy's type, shape.
 pub(crate) type Field = (&'static str, &'static str, &'static [usize]);
 
-/// A NumPy type of records, made once.
-pub(crate) struct RecordType {
-    fields: &'static [Field],
-    made: PyOnceLock<Py<PyAny>>,
+enum Items {
+    Numbers(&'static str),
+    Records(&'static [Field]),
 }
 
-impl RecordType {
-    pub(crate) const fn new(fields: &'static [Field]) -> RecordType {
-        RecordType { fields, made: PyOnceLock::new() }
+/// A NumPy type of numbers or records, made once.
+pub(crate) struct ItemType {
+    items: Items,
+    made: PyOnceLock<(Py<PyAny>, usize)>,
+}
+
+pub(crate) static U8: ItemType = ItemType::new(Items::Numbers("|u1"));
+pub(crate) static U32: ItemType = ItemType::new(Items::Numbers("<u4"));
+pub(crate) static F32: ItemType = ItemType::new(Items::Numbers("<f4"));
+
+impl ItemType {
+    const fn new(items: Items) -> ItemType {
+        ItemType { items, made: PyOnceLock::new() }
     }
 
-    pub(crate) fn get<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyAny>> {
-        let made = self.made.get_or_try_init(py, || {
-            let list = PyList::empty(py);
-            for (name, kind, shape) in self.fields {
-                match shape {
-                    [] => list.append((name, kind))?,
-                    shape => list.append((name, kind, PyTuple::new(py, *shape)?))?,
+    pub(crate) const fn records(fields: &'static [Field]) -> ItemType {
+        ItemType::new(Items::Records(fields))
+    }
+
+    /// The `numpy.dtype`, and its size in bytes.
+    fn get<'py>(&self, py: Python<'py>) -> PyResult<(&Bound<'py, PyAny>, usize)> {
+        let (dtype, size) = self.made.get_or_try_init(py, || {
+            let make = py.import("numpy")?.getattr("dtype")?;
+            let dtype = match self.items {
+                Items::Numbers(kind) => make.call1((kind,))?,
+                Items::Records(fields) => {
+                    let list = PyList::empty(py);
+                    for (name, kind, shape) in fields {
+                        match shape {
+                            [] => list.append((name, kind))?,
+                            shape => list.append((name, kind, PyTuple::new(py, *shape)?))?,
+                        }
+                    }
+                    make.call1((list,))?
                 }
-            }
-            PyResult::Ok(py.import("numpy")?.getattr("dtype")?.call1((list,))?.unbind())
+            };
+            let size = dtype.getattr("itemsize")?.extract()?;
+            PyResult::Ok((dtype.unbind(), size))
         })?;
-        Ok(made.bind(py))
+        Ok((dtype.bind(py), *size))
     }
 
-    /// `count` records from `offset` on, as a read-only array.
+    /// The items that begin at `offset` of `owner`'s bytes, as a read-only array.
+    ///
+    /// # Panics
+    ///
+    /// If they are not inside.
     pub(crate) fn array<'py>(
         &self,
         py: Python<'py>,
         owner: Arc<dyn Bytes>,
         offset: usize,
-        count: usize,
+        shape: &[usize],
     ) -> PyResult<Bound<'py, PyAny>> {
-        let dtype = self.get(py)?;
-        let item: usize = dtype.getattr("itemsize")?.extract()?;
-        let bytes = array(py, owner, offset, "|u1", &[count * item])?;
-        bytes.call_method1("view", (dtype,))
+        let (dtype, size) = self.get(py)?;
+        let len = shape.iter().product::<usize>() * size;
+        let data = owner.bytes()[offset..offset + len].as_ptr();
+        let base = Bound::new(py, Memory { _owner: owner })?.into_any();
+        // SAFETY: the bytes lie at the same place while `base` has their owner, and nothing writes
+        // what a reader has borrowed; they were just found to be as many.
+        unsafe { numpy::read_only(py, dtype, shape, data, base) }
     }
 }
 

@@ -14,6 +14,7 @@ mod environment;
 mod error;
 mod map;
 mod measurement;
+mod numpy;
 mod owned;
 mod pose;
 mod recorder;

@@ -14,7 +14,7 @@ use pyo3::{
 };
 
 use crate::{
-    array::{self, Bytes, RecordType},
+    array::{Bytes, F32, ItemType, U8, U32},
     owned::Owned,
     pose,
     storage::{Copied, Held},
@@ -238,32 +238,32 @@ impl Measurement {
     }
 }
 
-static IMU: RecordType = RecordType::new(&[
+static IMU: ItemType = ItemType::records(&[
     ("accelerometer_mps2", "<f4", &[3]),
     ("gyroscope_radps", "<f4", &[3]),
     ("compass_rad", "<f4", &[]),
     ("over_secs", "<f4", &[]),
 ]);
-static GNSS: RecordType = RecordType::new(&[
+static GNSS: ItemType = ItemType::records(&[
     ("latitude_deg", "<f8", &[]),
     ("longitude_deg", "<f8", &[]),
     ("altitude_m", "<f8", &[]),
 ]);
-static ODOMETRY: RecordType = RecordType::new(&[
+static ODOMETRY: ItemType = ItemType::records(&[
     ("speed_mps", "<f4", &[]),
     ("wheel_speed_mps", "<f4", &[]),
     ("yaw_rate_radps", "<f4", &[]),
     ("steer_rad", "<f4", &[]),
     ("distance_m", "<f8", &[]),
 ]);
-static COLLISION: RecordType = RecordType::new(&[
+static COLLISION: ItemType = ItemType::records(&[
     ("other", "<u4", &[]),
     ("object", "<u4", &[]),
     ("tag", "<u4", &[]),
     ("began", "<u4", &[]),
     ("impulse_ns", "<f4", &[3]),
 ]);
-static LANE_INVASION: RecordType = RecordType::new(&[
+static LANE_INVASION: ItemType = ItemType::records(&[
     ("kind", "<u4", &[]),
     ("color", "<u4", &[]),
     ("change", "<u4", &[]),
@@ -273,7 +273,7 @@ static LANE_INVASION: RecordType = RecordType::new(&[
     ("from_lane", "<u4", &[]),
     ("from_lane_id", "<i4", &[]),
 ]);
-static OBSTACLE: RecordType = RecordType::new(&[
+static OBSTACLE: ItemType = ItemType::records(&[
     ("other", "<u4", &[]),
     ("object", "<u4", &[]),
     ("tag", "<u4", &[]),
@@ -281,7 +281,7 @@ static OBSTACLE: RecordType = RecordType::new(&[
 ]);
 
 /// The type of the records of a physics sensor, and their size in bytes.
-fn records(output: u32) -> Option<(&'static RecordType, usize)> {
+fn records(output: u32) -> Option<(&'static ItemType, usize)> {
     Some(match output {
         output::IMU => (&IMU, size_of::<client_lib::wire::ImuReading>()),
         output::GNSS => (&GNSS, size_of::<client_lib::wire::GnssReading>()),
@@ -312,7 +312,7 @@ impl Reading {
         py: Python<'py>,
         what: &str,
         output: u32,
-        typestr: &'static str,
+        kind: &ItemType,
         channels: usize,
     ) -> PyResult<Bound<'py, PyAny>> {
         let plane = self.plane(|plane| plane.output == output).ok_or_else(|| {
@@ -325,7 +325,7 @@ impl Reading {
         let is_lidar = matches!(output, output::POINTS | output::LABELS);
         let shape = if is_lidar { [width, height, channels] } else { [height, width, channels] };
         let shape = if channels == 0 { &shape[..2] } else { &shape[..] };
-        array::array(py, Arc::clone(&self.data) as _, plane.offset as usize, typestr, shape)
+        kind.array(py, Arc::clone(&self.data) as _, plane.offset as usize, shape)
     }
 }
 
@@ -354,42 +354,42 @@ impl Reading {
 
     #[getter]
     fn color<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "color", output::COLOR, "|u1", 4)
+        self.array(py, "color", output::COLOR, &U8, 4)
     }
 
     #[getter]
     fn depth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "depth", output::DEPTH, "<f4", 0)
+        self.array(py, "depth", output::DEPTH, &F32, 0)
     }
 
     #[getter]
     fn tags<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "tags", output::TAG, "|u1", 0)
+        self.array(py, "tags", output::TAG, &U8, 0)
     }
 
     #[getter]
     fn instances<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "instances", output::INSTANCE, "<u4", 0)
+        self.array(py, "instances", output::INSTANCE, &U32, 0)
     }
 
     #[getter]
     fn normals<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "normals", output::NORMAL, "<f4", 3)
+        self.array(py, "normals", output::NORMAL, &F32, 3)
     }
 
     #[getter]
     fn flow<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "flow", output::FLOW, "<f4", 2)
+        self.array(py, "flow", output::FLOW, &F32, 2)
     }
 
     #[getter]
     fn points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "points", output::POINTS, "<f4", 4)
+        self.array(py, "points", output::POINTS, &F32, 4)
     }
 
     #[getter]
     fn labels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.array(py, "labels", output::LABELS, "<u4", 2)
+        self.array(py, "labels", output::LABELS, &U32, 2)
     }
 
     #[getter]
@@ -402,7 +402,7 @@ impl Reading {
             )));
         };
         let (offset, bytes) = self.plane(|_| true).map_or((0, 0), |p| (p.offset, p.byte_len));
-        kind.array(py, Arc::clone(&self.data) as _, offset as usize, bytes as usize / item)
+        kind.array(py, Arc::clone(&self.data) as _, offset as usize, &[bytes as usize / item])
     }
 
     /// The measurement's item of this sensor.

@@ -13,13 +13,13 @@ use pyo3::{
 };
 
 use crate::{
-    array::{Bytes, RecordType},
+    array::{Bytes, ItemType},
     owned::Owned,
     storage::{Copied, Held},
 };
 
 /// The fields of `protocol::ActorState`.
-static ACTOR: RecordType = RecordType::new(&[
+static ACTOR: ItemType = ItemType::records(&[
     ("actor_id", "<u4", &[]),
     ("blueprint", "<u4", &[]),
     ("kind", "<u4", &[]),
@@ -104,7 +104,7 @@ impl World {
         let array = self.actors.get_or_try_init(py, || {
             let owner: Arc<dyn Bytes> = Arc::clone(&self.snapshot) as _;
             let count = self.snapshot.states().len();
-            ACTOR.array(py, owner, 0, count).map(Bound::unbind)
+            ACTOR.array(py, owner, 0, &[count]).map(Bound::unbind)
         })?;
         Ok(array.bind(py))
     }

@@ -28,9 +28,6 @@ class Cancel:
 class Memory:
     """The owner of an array's memory: the array's ``base``."""
 
-    @property
-    def __array_interface__(self) -> dict[str, Any]: ...
-
 @final
 class World:
     """A snapshot: the world at one frame. Picklable; a pickled or copied one owns its memory."""
