@@ -3,7 +3,7 @@
 use std::{fs, process::Command, sync::Arc, time::Instant};
 
 use bake::Cache;
-use environment::{Action, Config, Environment, EnvironmentMap, Physics};
+use environment::{Action, Camera, Config, Environment, EnvironmentMap, Physics};
 
 use crate::{
     Effort,
@@ -17,6 +17,10 @@ const RESETS: usize = 200;
 /// Worlds beside the first, for their memory.
 const WORLDS: u64 = 10;
 const PEER_STEPS: usize = 500;
+/// Steps with a camera, which are slower.
+const CAMERA_STEPS: usize = 1000;
+/// MetaDrive takes seconds for a step without a GPU.
+const PEER_CAMERA_STEPS: usize = 10;
 
 /// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
@@ -38,13 +42,22 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         .collect::<Result<Vec<_>, _>>()?;
     let further_mb = (resident_bytes()? as f64 / 1e6 - resident_mb) / WORLDS as f64;
     drop((first, more));
-    let peers = ask_peers(effort.count(PEER_STEPS));
+    let steps_asked = effort.count(PEER_STEPS);
+    let peers = [
+        ("MetaDrive", ask("metadrive", "OMNIBUS_METADRIVE_PYTHON", steps_asked)),
+        ("highway-env", ask("highway-env", "OMNIBUS_HIGHWAY_ENV_PYTHON", steps_asked)),
+    ];
     for (figure, physics, bodies) in [
         ("environment.step", Physics::All, "all vehicles with full physics"),
         ("environment.step.ego", Physics::Ego, "the ego vehicle with full physics"),
     ] {
         let mut environment = Environment::new(Arc::clone(&map), config(physics), 1)?;
-        let rounds = steps(&mut environment, effort)?;
+        let mut lidar = Vec::new();
+        let observe = |environment: &mut Environment| {
+            environment.lidar(0, &mut lidar);
+            Ok(())
+        };
+        let rounds = steps(&mut environment, effort, STEPS, observe)?;
         let spread = Spread::of_rounds(&rounds, 1e9).as_rates(1.0);
         let workload = format!(
             "one step of 50 ms on one core: ego and 12 cars, {bodies}, traffic, state vector, lidar \
@@ -63,20 +76,12 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
                 sink.skip(figure(None, String::new()).name, &format!("{peer} is not installed"));
                 continue;
             };
-            let number = |key: &str| report[key].as_f64().unwrap_or(f64::NAN);
-            let rates = report["steps_per_s"].as_array().into_iter().flatten();
-            let rates: Vec<f64> = rates.filter_map(serde_json::Value::as_f64).collect();
-            let workload = format!(
-                "the same beside {peer} with {:.1} cars and as many rays: {:.1} s from before its \
-                 import to the first observation, {:.0} MB resident",
-                number("others"),
-                number("first_observation_s"),
-                number("resident_mb")
-            );
-            let peer = Some(Peer { name: peer, value: median(&rates) });
-            sink.put(&figure(peer, workload), &machine)?;
+            let what = format!("the same beside {peer} with as many rays");
+            let (workload, peer) = peer_of(peer, &what, report);
+            sink.put(&figure(Some(peer), workload), &machine)?;
         }
     }
+    camera(&map, effort, sink, &machine)?;
     let mut environment = Environment::new(map, config(Physics::All), 1)?;
     let mut resets = Vec::new();
     for round in 0..effort.rounds(ROUNDS) {
@@ -110,18 +115,70 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     sink.put(&Figure { name, workload, unit: Unit::Micros, value, spread, peer: None }, &machine)
 }
 
+/// Measures steps with a camera.
+fn camera(
+    map: &Arc<EnvironmentMap>,
+    effort: Effort,
+    sink: &mut Sink,
+    machine: &Machine,
+) -> anyhow::Result<()> {
+    let mut image = Vec::new();
+    let config = Config { frames_per_step: 1, ..Config::default() };
+    let Camera { width_px, height_px, .. } = config.camera;
+    // The first image keeps the scene in the cache, if it had to be built.
+    Environment::new(Arc::clone(map), config.clone(), 1)?.camera(0, &mut image)?;
+    let (name, open_drive) = mapgen::default_map();
+    let begin = Instant::now();
+    let cache = Cache::from_environment();
+    let map = Arc::new(EnvironmentMap::load(&cache, name, &open_drive, 1)?);
+    let mut environment = Environment::new(map, config, 1)?;
+    environment.camera(0, &mut image)?;
+    let first_ms = begin.elapsed().as_secs_f64() * 1e3;
+    let rounds = steps(&mut environment, effort, CAMERA_STEPS, |environment| {
+        Ok(environment.camera(0, &mut image)?)
+    })?;
+    let spread = Spread::of_rounds(&rounds, 1e9).as_rates(1.0);
+    let figure = |peer, workload| {
+        let (name, unit, value) = ("environment.camera", Unit::PerSecond("steps"), spread.p50);
+        Figure { name, workload, unit, value, spread, peer }
+    };
+    let workload = format!(
+        "one step of 50 ms in one thread: ego and 12 cars with full physics, traffic, state vector, a \
+         front camera of {width_px} x {height_px} pixels in color; {first_ms:.0} ms from the cache to \
+         the first image"
+    );
+    sink.put(&figure(None, workload), machine)?;
+    let steps = effort.count(PEER_CAMERA_STEPS);
+    match ask("metadrive-camera", "OMNIBUS_METADRIVE_PYTHON", steps) {
+        Some(report) => {
+            let what = "the same beside MetaDrive with its camera of as many pixels";
+            let (workload, peer) = peer_of("MetaDrive", what, &report);
+            sink.put(&figure(Some(peer), workload), machine)
+        }
+        None => {
+            sink.skip("environment.camera", "MetaDrive is not installed, or has no OpenGL");
+            Ok(())
+        }
+    }
+}
+
 /// Returns the nanoseconds of each step with its observations, in rounds.
-fn steps(environment: &mut Environment, effort: Effort) -> anyhow::Result<Vec<Vec<u64>>> {
-    let (mut rounds, mut lidar, mut seed) = (Vec::new(), Vec::new(), 1);
+fn steps(
+    environment: &mut Environment,
+    effort: Effort,
+    count: usize,
+    mut observe: impl FnMut(&mut Environment) -> anyhow::Result<()>,
+) -> anyhow::Result<Vec<Vec<u64>>> {
+    let (mut rounds, mut seed) = (Vec::new(), 1);
     for _ in 0..effort.rounds(ROUNDS) {
         let mut nanos = Vec::new();
-        for _ in 0..effort.count(STEPS) {
+        for _ in 0..effort.count(count) {
             let begin = Instant::now();
             let state = environment.egos()[0].state();
             let steer = (2.0 * state[11].atan2(state[10])).clamp(-1.0, 1.0);
             let pedal = (0.5 * (5.0 - state[0] * 30.0)).clamp(-1.0, 1.0);
             let step = environment.step(&[Action::Pedals { steer, pedal }])?[0];
-            environment.lidar(0, &mut lidar);
+            observe(environment)?;
             nanos.push(begin.elapsed().as_nanos() as u64);
             if step.ending.is_some() {
                 seed += 1;
@@ -135,19 +192,28 @@ fn steps(environment: &mut Environment, effort: Effort) -> anyhow::Result<Vec<Ve
 
 const PEERS: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/environment_peers.py");
 
-/// Returns what each peer measured; `None` for one that is not installed or fails.
-fn ask_peers(steps: usize) -> Vec<(&'static str, Option<serde_json::Value>)> {
-    let ask = |name: &'static str, variable: &str| {
-        let python = std::env::var_os(variable).unwrap_or_else(|| "python3".into());
-        let output = Command::new(python).args([PEERS, name, &steps.to_string()]).output().ok()?;
-        let report = String::from_utf8_lossy(&output.stdout);
-        let report: serde_json::Value = serde_json::from_str(report.lines().last()?).ok()?;
-        report.is_object().then_some(report)
-    };
-    vec![
-        ("MetaDrive", ask("metadrive", "OMNIBUS_METADRIVE_PYTHON")),
-        ("highway-env", ask("highway-env", "OMNIBUS_HIGHWAY_ENV_PYTHON")),
-    ]
+/// Returns what a peer measured; `None` if it is not installed or fails.
+fn ask(name: &str, variable: &str, steps: usize) -> Option<serde_json::Value> {
+    let python = std::env::var_os(variable).unwrap_or_else(|| "python3".into());
+    let output = Command::new(python).args([PEERS, name, &steps.to_string()]).output().ok()?;
+    let report = String::from_utf8_lossy(&output.stdout);
+    let report: serde_json::Value = serde_json::from_str(report.lines().last()?).ok()?;
+    report.is_object().then_some(report)
+}
+
+/// Returns the workload and the value of a peer from its report.
+fn peer_of(name: &'static str, what: &str, report: &serde_json::Value) -> (String, Peer) {
+    let number = |key: &str| report[key].as_f64().unwrap_or(f64::NAN);
+    let rates = report["steps_per_s"].as_array().into_iter().flatten();
+    let rates: Vec<f64> = rates.filter_map(serde_json::Value::as_f64).collect();
+    let workload = format!(
+        "{what} and {:.1} cars: {:.1} s from before its import to the first observation, {:.0} MB \
+         resident",
+        number("others"),
+        number("first_observation_s"),
+        number("resident_mb")
+    );
+    (workload, Peer { name, value: median(&rates) })
 }
 
 /// Resident memory of this process.

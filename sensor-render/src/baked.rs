@@ -28,6 +28,19 @@ pub fn scene_of(network: &road::Network, seed: u64) -> Result<Scene, SceneError>
     Scene::of_town(&town::furnish(network, seed))
 }
 
+/// Returns the scene of an episode: from the cache if possible, else it is built and kept.
+///
+/// # Errors
+/// [`RenderError::Map`] and [`RenderError::Scene`].
+pub fn scene_from(cache: &Cache, episode: &Episode) -> Result<Scene, RenderError> {
+    let (scene, is_new) = cached_scene(cache, episode)?;
+    if is_new {
+        // Stored at once, so that the work is kept even if this process is stopped soon after.
+        store_scene(cache, episode, &scene);
+    }
+    Ok(scene)
+}
+
 /// As [`scene_of`], from the cache if possible. Also returns whether the scene had to be built.
 pub(crate) fn cached_scene(cache: &Cache, episode: &Episode) -> Result<(Scene, bool), RenderError> {
     let baked = cache.find(key(episode));

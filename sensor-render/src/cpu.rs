@@ -21,16 +21,17 @@ use camera::CameraRows;
 use lidar::LidarColumns;
 use rayon::prelude::*;
 
-use crate::outputs::split;
+use crate::outputs::{Tile, split};
 use crate::rays::Sensor;
 use crate::simd::Isa;
 use crate::workers::Workers;
 use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
 
-/// Tracer on the CPU, with its own threads.
+/// Tracer on the CPU, with its own threads or in the calling one.
 #[derive(Debug)]
 pub struct CpuTracer {
-    workers: Workers,
+    /// `None`: the calling thread traces.
+    workers: Option<Workers>,
     isa: Isa,
 }
 
@@ -40,7 +41,13 @@ impl CpuTracer {
     /// # Errors
     /// [`TraceError::Threads`] if the threads cannot be started.
     pub fn new(threads: usize) -> Result<CpuTracer, TraceError> {
-        Ok(CpuTracer { workers: Workers::new(threads)?, isa: Isa::detect() })
+        Ok(CpuTracer { workers: Some(Workers::new(threads)?), isa: Isa::detect() })
+    }
+
+    /// Returns a tracer that works in the thread that calls it. A forked process can go on with it,
+    /// unlike with one that has threads.
+    pub fn in_calling_thread() -> CpuTracer {
+        CpuTracer { workers: None, isa: Isa::detect() }
     }
 
     /// Returns a tracer that uses the given instruction set.
@@ -50,10 +57,15 @@ impl CpuTracer {
     }
 
     pub(crate) fn describe(&self) -> String {
-        format!("{} threads, {}", self.workers.count(), self.isa.name())
+        let threads = self.workers.as_ref().map_or(1, Workers::count);
+        format!("{threads} threads, {}", self.isa.name())
     }
 
-    pub(crate) fn measure(
+    /// Measures as [`crate::Tracer::measure`].
+    ///
+    /// # Errors
+    /// [`TraceError`]; the payloads of `jobs` may then be partly written.
+    pub fn measure(
         &mut self,
         scene: &Scene,
         world: &World,
@@ -62,19 +74,19 @@ impl CpuTracer {
         let work = split(world, jobs)?;
         let (isa, sensors) = (self.isa, &work.sensors);
         let light = world.light();
-        self.workers.run(|| {
-            work.tiles.into_par_iter().with_max_len(1).for_each(|mut tile| {
-                match &sensors[tile.sensor] {
-                    Sensor::Camera(camera) => {
-                        let (light, tile) = (&light, &mut tile);
-                        isa.run(CameraRows { scene, world, light, camera, tile });
-                    }
-                    Sensor::Lidar(lidar) => {
-                        isa.run(LidarColumns { scene, world, lidar, tile: &mut tile });
-                    }
-                }
-            });
-        });
+        let trace = |mut tile: Tile| match &sensors[tile.sensor] {
+            Sensor::Camera(camera) => {
+                let (light, tile) = (&light, &mut tile);
+                isa.run(CameraRows { scene, world, light, camera, tile });
+            }
+            Sensor::Lidar(lidar) => isa.run(LidarColumns { scene, world, lidar, tile: &mut tile }),
+        };
+        match &self.workers {
+            Some(workers) => {
+                workers.run(|| work.tiles.into_par_iter().with_max_len(1).for_each(trace))
+            }
+            None => work.tiles.into_iter().for_each(trace),
+        }
         Ok(())
     }
 }

@@ -51,7 +51,7 @@ mod sample;
 #[cfg(test)]
 mod tests;
 
-pub use baked::scene_of;
+pub use baked::{scene_from, scene_of};
 pub use cpu::CpuTracer;
 pub use device::Device;
 pub use error::TraceError;

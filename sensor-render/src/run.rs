@@ -14,7 +14,7 @@ use protocol::{
 };
 
 use crate::{
-    baked::{cached_scene, store_scene},
+    baked::scene_from,
     bundles::{Bundles, DueBundle},
     device::Device,
     job::BundleJob,
@@ -411,10 +411,5 @@ fn scene_for(
         let town = cache.town(map, open_drive, *seed)?;
         return Ok(Scene::of_town_with(&town, replaced)?);
     }
-    let (scene, is_new) = cached_scene(cache, episode)?;
-    if is_new {
-        // Stored at once, so that the work is kept even if this process is stopped soon after.
-        store_scene(cache, episode, &scene);
-    }
-    Ok(scene)
+    scene_from(cache, episode)
 }

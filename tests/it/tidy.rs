@@ -38,7 +38,20 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("maps", &["bus", "mapgen"]),
     ("python", &["client-lib", "environment", "mapgen", "maps", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
-    ("environment", &["bake", "mapgen", "mesh", "protocol", "road", "sim-host", "town", "traffic"]),
+    (
+        "environment",
+        &[
+            "bake",
+            "mapgen",
+            "mesh",
+            "protocol",
+            "road",
+            "sensor-render",
+            "sim-host",
+            "town",
+            "traffic",
+        ],
+    ),
     ("bench", &["bake", "client-lib", "environment", "mapgen", "mesh", "road", "town"]),
     ("fuzz", &["carla-gateway", "mesh", "protocol", "record", "road", "sim-host", "town"]),
     (

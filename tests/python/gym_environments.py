@@ -24,6 +24,7 @@ import omnibus.gym
 from omnibus import _omnibus
 from omnibus.gym import (
     BirdsEye,
+    Camera,
     Continuous,
     Discrete,
     DriveConfig,
@@ -75,7 +76,9 @@ def checkers() -> None:
         State(),
         Lidar(rays=32),
         BirdsEye(size_px=32),
-        (State(), Lidar(), BirdsEye()),
+        Camera(width_px=32, height_px=24),
+        Camera(output="depth"),
+        (State(), Lidar(), BirdsEye(), Camera(output="tags")),
     ):
         for actions in (Continuous(), Discrete(), Waypoint()):
             config = dataclasses.replace(CONFIG, observations=observations, actions=actions)
@@ -86,7 +89,8 @@ def checkers() -> None:
                 check_env(env.unwrapped)
                 env.close()
     for actions in (Continuous(), Discrete(), Waypoint()):
-        config = dataclasses.replace(CONFIG, actions=actions)
+        seen = Camera(width_px=16, height_px=16) if actions == Discrete() else CONFIG.observations
+        config = dataclasses.replace(CONFIG, actions=actions, observations=seen)
         pettingzoo.test.parallel_api_test(parallel_env(3, config), num_cycles=200)
         pettingzoo.test.parallel_seed_test(lambda config=config: parallel_env(3, config), 100)
 
@@ -148,6 +152,38 @@ def pictures() -> None:
     assert world.render().shape == (256, 256, 3)
 
 
+def cameras() -> None:
+    """Cameras: what they show, and that each agent has its own."""
+    def image(camera: Camera) -> Any:
+        env = DriveEnv(dataclasses.replace(CONFIG, observations=camera))
+        first, _ = env.reset(seed=1)
+        kept = first.copy()
+        for _ in range(12):
+            later = env.step((0.0, 1.0))[0]
+        assert later.shape == first.shape and not np.array_equal(later, kept)
+        assert np.array_equal(first, kept)
+        assert same(env.reset(seed=1)[0], kept)
+        return first
+
+    color = image(Camera())
+    assert color.shape == (84, 84, 3) and color.dtype == np.uint8 and color.std() > 20
+    # The sky above, bluer than the road below.
+    assert color[5, :, 2].mean() > 1.2 * color[70, :, 2].mean(), (color[5].mean(0), color[70].mean(0))
+    tags = image(Camera(width_px=90, height_px=60, output="tags"))
+    assert tags.shape == (60, 90, 1) and tags.dtype == np.uint8
+    assert (tags[45:, 30:60] == 1).mean() > 0.5 and {1, 11, 24} <= set(np.unique(tags)), np.unique(tags)
+    behind = Camera(pose=omnibus.Pose((-8.0, 0.0, 3.0)), output="tags")
+    # The vehicle itself, 8 m ahead and some 2 m below the camera.
+    assert (image(behind)[50:56, 40:45] == 14).all()
+    depth = image(Camera(width_px=90, height_px=60, output="depth"))
+    assert depth.shape == (60, 90, 1) and depth.dtype == np.float32
+    assert (depth[tags == 11] == 1000).all() and 1 < depth[59, 45, 0] < 5, depth[59, 45]
+    world = parallel_env(2, dataclasses.replace(CONFIG, observations=Camera()))
+    observed, _ = world.reset(seed=1)
+    assert not np.array_equal(observed["ego_0"], observed["ego_1"])
+    assert np.array_equal(observed["ego_0"], world._world.environment.camera(0))
+
+
 def endings() -> None:
     """Endings: terminated or truncated, never both; a controller of waypoints arrives."""
     waypoints = DriveEnv(dataclasses.replace(CONFIG, vehicles=0, actions=Waypoint()))
@@ -190,12 +226,21 @@ def agents() -> None:
 
 def processes() -> None:
     """Processes: forked and spawned ones; several environments share one map."""
-    one, two = DriveEnv(CONFIG), DriveEnv(CONFIG)
+    seen = dataclasses.replace(CONFIG, observations=(State(), Camera(width_px=16, height_px=16)))
+    one, two = DriveEnv(seen), DriveEnv(CONFIG)
     assert one._world._map is two._world._map
+    first, _ = one.reset(seed=3)
+    with warnings.catch_warnings():
+        # Newer Pythons warn of every fork beside threads, such as those of NumPy.
+        warnings.simplefilter("ignore", DeprecationWarning)
+        child = os.fork()
+    if child == 0:
+        # A camera that has rendered works in a forked process.
+        os._exit(0 if same(one.reset(seed=3)[0], first) else 1)
+    assert os.waitpid(child, 0)[1] == 0
     make = [lambda: gymnasium.make("omnibus.gym:Omnibus/Drive-v0", config=CONFIG)] * 2
     for context in ("fork", "spawn"):
         with warnings.catch_warnings():
-            # Newer Pythons warn of every fork beside threads, such as those of NumPy.
             warnings.simplefilter("ignore", DeprecationWarning)
             vector = gymnasium.vector.AsyncVectorEnv(make, context=context)
         vector.reset(seed=3)
@@ -208,6 +253,14 @@ def processes() -> None:
 def errors() -> None:
     """Errors name what is wrong."""
     expect(ValueError, "Lidar.rays is 0, must be 1 to 4096", lambda: Lidar(rays=0))
+    expect(ValueError, "Camera.fov_rad is 3.5, must be 0.1 to 3", lambda: Camera(fov_rad=3.5))
+    expect(ValueError, "Camera.output is 'flow'", lambda: Camera(output="flow"))  # type: ignore[arg-type]
+    bent = Camera(pose=omnibus.Pose(rotation_xyzw=(0.0, 0.0, 0.0, 2.0)))
+    expect(
+        ValueError,
+        "camera.mount has position",
+        lambda: DriveEnv(dataclasses.replace(CONFIG, observations=bent)),
+    )
     expect(ValueError, "a value of Discrete.steer is 2", lambda: Discrete(steer=(2.0,)))
     expect(ValueError, "must be different ones", lambda: DriveConfig(observations=(State(), State())))
     expect(ValueError, "vehicles is 2000", lambda: DriveConfig(vehicles=2000))
@@ -253,6 +306,7 @@ if __name__ == "__main__":
         seeds,
         observations,
         pictures,
+        cameras,
         endings,
         agents,
         processes,

@@ -101,14 +101,16 @@ pub(crate) fn fresh<'py>(py: Python<'py>, numbers: &[f32]) -> PyResult<Bound<'py
     FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, intern!(py, "<f4")))
 }
 
-/// Bytes as a writable array of a shape, which owns them: nothing writes into it later.
-pub(crate) fn fresh_bytes<'py>(
+/// Values of NumPy's type `typestr` as a writable array of a shape, which owns them: nothing writes
+/// into it later.
+pub(crate) fn fresh_values<'py>(
     py: Python<'py>,
     bytes: &[u8],
+    typestr: &'static str,
     shape: [usize; 3],
 ) -> PyResult<Bound<'py, PyAny>> {
     static FROMBUFFER: PyOnceLock<Py<PyAny>> = PyOnceLock::new();
     let bytes = PyByteArray::new(py, bytes);
-    let flat = FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, intern!(py, "|u1")))?;
+    let flat = FROMBUFFER.import(py, "numpy", "frombuffer")?.call1((bytes, typestr))?;
     flat.call_method1(intern!(py, "reshape"), (PyTuple::new(py, shape)?,))
 }

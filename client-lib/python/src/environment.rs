@@ -3,20 +3,21 @@
 use std::sync::{Arc, Mutex, MutexGuard, TryLockError};
 
 use environment::{
-    Action, BIRDS_EYE_CHANNELS, BirdsEye, Cache, Config, Ego, Ending, EnvironmentError, Physics,
-    Reward,
+    Action, BIRDS_EYE_CHANNELS, BirdsEye, Cache, Camera, CameraOutput, Config, Ego, Ending,
+    EnvironmentError, Physics, Reward,
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{
-    array::{fresh, fresh_bytes},
+    array::{fresh, fresh_values},
     error::{NotAllowedError, OmnibusError, RefusedError},
+    pose::PyPose,
 };
 
 fn error(error: EnvironmentError) -> PyErr {
     let text = error.to_string();
     match error {
-        EnvironmentError::Map(_) => OmnibusError::new_err(text),
+        EnvironmentError::Map(_) | EnvironmentError::Camera(_) => OmnibusError::new_err(text),
         EnvironmentError::Refused(_) => RefusedError::new_err((text, "Other")),
         _ => PyValueError::new_err(text),
     }
@@ -69,6 +70,32 @@ pub(crate) struct Environment {
     inner: Mutex<environment::Environment>,
     egos: usize,
     waypoints: bool,
+}
+
+/// The attributes of a Python `omnibus.gym.Camera`.
+#[derive(FromPyObject)]
+pub(crate) struct PyCamera {
+    width_px: u32,
+    height_px: u32,
+    fov_rad: f32,
+    pose: PyPose,
+    output: String,
+}
+
+impl PyCamera {
+    fn camera(self) -> PyResult<Camera> {
+        let PyCamera { width_px, height_px, fov_rad, pose, output } = self;
+        let output = match &*output {
+            "color" => CameraOutput::Color,
+            "tags" => CameraOutput::Tags,
+            "depth" => CameraOutput::Depth,
+            _ => {
+                let message = format!("camera.output is {output}, must be color, tags or depth");
+                return Err(PyValueError::new_err(message));
+            }
+        };
+        Ok(Camera { width_px, height_px, fov_rad, mount: pose.into(), output })
+    }
 }
 
 fn ending_text(ending: Ending) -> &'static str {
@@ -128,7 +155,8 @@ impl Environment {
     #[pyo3(signature = (
         map, *, seed=1, waypoints=false, egos=1, vehicles=12, kinematic_traffic=false,
         frame_s=0.05, frames_per_step=2, route_m=300.0, steps_max=1000, lidar_rays=0,
-        lidar_range_m=50.0, birds_eye_px=84, birds_eye_pixel_m=0.5, off_route_m=0.5, rewards=None,
+        lidar_range_m=50.0, birds_eye_px=84, birds_eye_pixel_m=0.5, camera=None, off_route_m=0.5,
+        rewards=None,
     ))]
     fn new(
         py: Python<'_>,
@@ -146,12 +174,14 @@ impl Environment {
         lidar_range_m: f32,
         birds_eye_px: usize,
         birds_eye_pixel_m: f32,
+        camera: Option<PyCamera>,
         off_route_m: f32,
         rewards: Option<[f32; 8]>,
     ) -> PyResult<Environment> {
         let reward = rewards.map_or_else(Reward::default, reward_of);
         let birds_eye = BirdsEye { size_px: birds_eye_px, pixel_m: birds_eye_pixel_m };
-        let observed = Config { lidar_rays, lidar_range_m, birds_eye, ..Config::default() };
+        let camera = camera.map(PyCamera::camera).transpose()?.unwrap_or_default();
+        let observed = Config { lidar_rays, lidar_range_m, birds_eye, camera, ..Config::default() };
         let physics = if kinematic_traffic { Physics::Ego } else { Physics::All };
         let config = Config {
             egos,
@@ -216,7 +246,23 @@ impl Environment {
             inner.birds_eye(ego, &mut pixels);
             Ok(inner.config().birds_eye.size_px)
         })?;
-        fresh_bytes(py, &pixels, [BIRDS_EYE_CHANNELS, size_px, size_px])
+        fresh_values(py, &pixels, "|u1", [BIRDS_EYE_CHANNELS, size_px, size_px])
+    }
+
+    #[pyo3(signature = (ego=0))]
+    fn camera<'py>(&self, py: Python<'py>, ego: usize) -> PyResult<Bound<'py, PyAny>> {
+        self.check_ego(ego)?;
+        let mut pixels = Vec::new();
+        let Camera { width_px, height_px, output, .. } = self.with(py, |inner| {
+            inner.camera(ego, &mut pixels).map_err(error)?;
+            Ok(inner.config().camera)
+        })?;
+        let (typestr, channels) = match output {
+            CameraOutput::Color => ("|u1", 3),
+            CameraOutput::Tags => ("|u1", 1),
+            CameraOutput::Depth => ("<f4", 1),
+        };
+        fresh_values(py, &pixels, typestr, [height_px as usize, width_px as usize, channels])
     }
 
     /// Distance along the route and its length, metres; forward speed, metres per second; distance

@@ -1,6 +1,6 @@
 //! The configuration of an environment.
 
-use crate::{birds_eye::BirdsEye, error::EnvironmentError};
+use crate::{birds_eye::BirdsEye, camera::Camera, error::EnvironmentError};
 
 /// What decides an episode beside its seed and the actions.
 #[derive(Clone, Debug, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Config {
     pub lidar_range_m: f32,
     /// The bird's-eye raster.
     pub birds_eye: BirdsEye,
+    /// The camera.
+    pub camera: Camera,
     /// How far beside its lane the vehicle's middle may be. Metres.
     pub off_route_m: f32,
     /// Rewards.
@@ -44,6 +46,7 @@ impl Default for Config {
             lidar_rays: 240,
             lidar_range_m: 50.0,
             birds_eye: BirdsEye::default(),
+            camera: Camera::default(),
             off_route_m: 0.5,
             reward: Reward::default(),
         }
@@ -66,6 +69,13 @@ impl Config {
         let BirdsEye { size_px, pixel_m } = self.birds_eye;
         range("birds_eye.size_px", size_px as f64, 8.0, 512.0, "8 to 512")?;
         range("birds_eye.pixel_m", pixel_m.into(), 0.099_99, 4.0, "0.1 to 4")?;
+        let Camera { width_px, height_px, fov_rad, mount, .. } = self.camera;
+        range("camera.width_px", width_px.into(), 8.0, 2048.0, "8 to 2048")?;
+        range("camera.height_px", height_px.into(), 8.0, 2048.0, "8 to 2048")?;
+        range("camera.fov_rad", fov_rad.into(), 0.099_99, 3.000_01, "0.1 to 3")?;
+        if !mount.is_valid() {
+            return Err(EnvironmentError::Mount(mount));
+        }
         range("off_route_m", self.off_route_m.into(), 0.0, 1000.0, "0 to 1000")?;
         let reward = &self.reward;
         for (name, value) in [

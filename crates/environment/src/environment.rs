@@ -8,12 +8,16 @@ use std::{
 use bake::Cache;
 use glam::{Vec2, Vec3};
 use mesh::RandomStream;
-use protocol::{ActorId, ActorState, Command, Name, Pose, Settings, Spawn, flag, kind, status};
+use protocol::{
+    ActorId, ActorState, Command, Episode, Name, Pose, Settings, Spawn, flag, kind, status,
+};
 use road::{LanePoint, Network};
+use sensor_render::{RenderError, Scene, scene_from};
 use town::Town;
 
 use crate::{
     birds_eye::{ACTORS, Canvas, EGO as OWN, SOLIDS},
+    camera::CameraView,
     config::{Config, Physics},
     course::Course,
     ego::{Action, Ego, Step, control},
@@ -50,11 +54,13 @@ pub struct EnvironmentMap {
     source: Source,
     /// The rasters of roads that environments have used, by the bits of the size of their cells.
     rasters: Mutex<BTreeMap<u32, Arc<RoadRaster>>>,
+    /// What cameras see, since one of an environment first rendered.
+    scene: Mutex<Option<Arc<Scene>>>,
 }
 
 /// Where the meshes of a map come from, when an observation needs them.
 enum Source {
-    Cache { cache: Cache, open_drive: Arc<str>, seed: u64 },
+    Cache { cache: Cache, episode: Episode },
     Town(Arc<Town>),
 }
 
@@ -71,7 +77,8 @@ impl EnvironmentMap {
     ) -> Result<EnvironmentMap, EnvironmentError> {
         let network = Arc::new(cache.network(name, open_drive)?);
         let town = cache.ground_around(&network, open_drive, seed);
-        let source = Source::Cache { cache: cache.clone(), open_drive: open_drive.into(), seed };
+        let episode = Episode { map: name.to_owned(), seed, open_drive: open_drive.to_owned() };
+        let source = Source::Cache { cache: cache.clone(), episode };
         Ok(EnvironmentMap::of(network, &town, seed, source))
     }
 
@@ -86,13 +93,26 @@ impl EnvironmentMap {
         let raster = rasters.entry(cell_m.to_bits()).or_insert_with(|| {
             Arc::new(match &self.source {
                 Source::Town(town) => RoadRaster::new(&town.mesh, cell_m),
-                Source::Cache { cache, open_drive, seed } => {
+                Source::Cache { cache, episode: Episode { open_drive, seed, .. } } => {
                     let town = cache.ground_around(&self.network, open_drive, *seed);
                     RoadRaster::new(&town.mesh, cell_m)
                 }
             })
         });
         Arc::clone(raster)
+    }
+
+    /// Returns what cameras see.
+    fn scene(&self) -> Result<Arc<Scene>, RenderError> {
+        let mut scene = self.scene.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(scene) = &*scene {
+            return Ok(Arc::clone(scene));
+        }
+        let new = Arc::new(match &self.source {
+            Source::Town(town) => Scene::of_town(town)?,
+            Source::Cache { cache, episode } => scene_from(cache, episode)?,
+        });
+        Ok(Arc::clone(scene.insert(new)))
     }
 
     fn of(network: Arc<Network>, town: &Town, seed: u64, source: Source) -> EnvironmentMap {
@@ -119,6 +139,7 @@ impl EnvironmentMap {
             network,
             source,
             rasters: Mutex::default(),
+            scene: Mutex::default(),
         }
     }
 }
@@ -133,6 +154,10 @@ pub struct Environment {
     steps: u32,
     /// The roads for the bird's-eye raster, since it was first drawn.
     roads: OnceLock<Arc<RoadRaster>>,
+    /// The camera, since it first rendered.
+    view: Option<CameraView>,
+    /// Whether `view` has taken in the newest frame.
+    is_placed: bool,
 }
 
 impl Environment {
@@ -147,8 +172,17 @@ impl Environment {
     ) -> Result<Environment, EnvironmentError> {
         config.check()?;
         let (simulation, egos) = begin(&map, &config, seed)?;
-        let (results, roads) = (Vec::new(), OnceLock::new());
-        Ok(Environment { map, config, simulation, egos, results, steps: 0, roads })
+        Ok(Environment {
+            map,
+            config,
+            simulation,
+            egos,
+            results: Vec::new(),
+            steps: 0,
+            roads: OnceLock::new(),
+            view: None,
+            is_placed: false,
+        })
     }
 
     /// Begins another episode. The same seed gives the same episode.
@@ -159,6 +193,7 @@ impl Environment {
     pub fn reset(&mut self, seed: u64) -> Result<(), EnvironmentError> {
         (self.simulation, self.egos) = begin(&self.map, &self.config, seed)?;
         self.steps = 0;
+        self.is_placed = false;
         Ok(())
     }
 
@@ -205,6 +240,7 @@ impl Environment {
             }
         }
         self.steps += 1;
+        self.is_placed = false;
         let is_over = config.steps_max != 0 && self.steps >= config.steps_max;
         for &index in &active {
             results[index] = egos[index].end_step(collided[index], is_over, config);
@@ -279,6 +315,30 @@ impl Environment {
             }
         }
         canvas.upright_box(OWN, &box_of(ego.actor()));
+    }
+
+    /// Renders the camera of an ego vehicle: `height_px` rows of `width_px` pixels from the upper left
+    /// on, each of [`CameraOutput::pixel_bytes`]. The bytes are those that the renderer measures with
+    /// its CPU tracer for the same camera at the same frame. The first image of a map loads its
+    /// scene, or builds it.
+    ///
+    /// [`CameraOutput::pixel_bytes`]: crate::CameraOutput::pixel_bytes
+    ///
+    /// # Errors
+    /// [`EnvironmentError::Camera`].
+    ///
+    /// # Panics
+    /// If there is no ego vehicle of that index.
+    pub fn camera(&mut self, ego: usize, out: &mut Vec<u8>) -> Result<(), EnvironmentError> {
+        let view = match &mut self.view {
+            Some(view) => view,
+            none => none.insert(CameraView::new(self.map.scene()?, &self.config.camera)),
+        };
+        if !self.is_placed {
+            view.place(&self.simulation);
+            self.is_placed = true;
+        }
+        Ok(view.render(&self.egos[ego].actor().pose, out)?)
     }
 }
 

@@ -1,4 +1,5 @@
-use protocol::Refusal;
+use protocol::{Pose, Refusal};
+use sensor_render::RenderError;
 
 /// Why an environment cannot be made, begun or advanced.
 #[derive(Debug, thiserror::Error)]
@@ -16,6 +17,15 @@ pub enum EnvironmentError {
         /// What it may be.
         range: &'static str,
     },
+    /// The pose of the camera is not a rigid transform.
+    #[error(
+        "camera.mount has position {:?} m and rotation {:?}; the position must be finite and the \
+         rotation a quaternion x, y, z, w of length 1", .0.position_m, .0.rotation
+    )]
+    Mount(Pose),
+    /// The camera cannot render.
+    #[error(transparent)]
+    Camera(#[from] RenderError),
     /// A number of an action is out of its range.
     #[error("{name} in the action of ego vehicle {ego} is {value}, must be {range}")]
     Action {

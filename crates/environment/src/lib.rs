@@ -4,6 +4,7 @@
 //! SI units, radians, right-handed: x forward, y left, z up.
 
 mod birds_eye;
+mod camera;
 mod config;
 mod course;
 mod ego;
@@ -18,6 +19,7 @@ mod tests;
 
 pub use bake::Cache;
 pub use birds_eye::{BIRDS_EYE_CHANNELS, BirdsEye};
+pub use camera::{Camera, CameraOutput, CameraView};
 pub use config::{Config, Physics, Reward};
 pub use ego::{Action, Ego, Ending, STATE, Step};
 pub use environment::{Environment, EnvironmentMap};

@@ -456,3 +456,35 @@ fn the_raster_of_an_environment_shows_the_ego_vehicle_on_its_route() {
     let why = refused(BirdsEye { size_px: 84, pixel_m: f32::NAN });
     assert_eq!(why, "birds_eye.pixel_m is NaN, must be 0.1 to 4");
 }
+
+#[test]
+fn the_camera_shows_the_newest_frame_of_each_episode() {
+    let camera = Camera { output: CameraOutput::Depth, ..Camera::default() };
+    let config = Config { egos: 2, vehicles: 2, camera, ..Config::default() };
+    let mut environment = Environment::new(map(), config, 4).unwrap();
+    let image = |environment: &mut Environment, ego| {
+        let mut depths = Vec::new();
+        environment.camera(ego, &mut depths).unwrap();
+        assert_eq!(depths.len(), 84 * 84 * CameraOutput::Depth.pixel_bytes());
+        depths
+    };
+    let first = image(&mut environment, 0);
+    assert!(image(&mut environment, 1) != first, "each has its own");
+    environment.step(&[IN_LANE; 2]).unwrap();
+    assert!(image(&mut environment, 0) != first, "another frame");
+    environment.reset(5).unwrap();
+    assert!(image(&mut environment, 0) != first, "another episode");
+    environment.reset(4).unwrap();
+    assert!(image(&mut environment, 0) == first, "the same episode");
+    let refused = |camera| {
+        let config = Config { camera, ..Config::default() };
+        Environment::new(map(), config, 1).map(drop).unwrap_err().to_string()
+    };
+    let why = refused(Camera { height_px: 4000, ..camera });
+    assert_eq!(why, "camera.height_px is 4000, must be 8 to 2048");
+    let why = refused(Camera { fov_rad: f32::NAN, ..camera });
+    assert_eq!(why, "camera.fov_rad is NaN, must be 0.1 to 3");
+    let mount = protocol::Pose { rotation: [0.0, 0.0, 0.0, 2.0], ..camera.mount };
+    let why = refused(Camera { mount, ..camera });
+    assert!(why.starts_with("camera.mount has position [1.5, 0.0, 2.0] m and rotation"), "{why}");
+}

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .client import Weather
+from .gym.config import Camera
 from .pose import Pose, Vector
 from .sensors import Sensor
 
@@ -460,10 +461,12 @@ class Environment:
         lidar_range_m: float = 50.0,
         birds_eye_px: int = 84,
         birds_eye_pixel_m: float = 0.5,
+        camera: Camera | None = None,
         off_route_m: float = 0.5,
         rewards: Sequence[float] | None = None,
     ) -> Self:
-        """``rewards`` has the eight numbers of ``omnibus.gym.Rewards`` in their order."""
+        """``camera`` is an ``omnibus.gym.Camera``; ``rewards`` has the eight numbers of
+        ``omnibus.gym.Rewards`` in their order."""
     def reset(self, seed: int) -> None:
         """Begins another episode. The same seed gives the same episode."""
     def step(
@@ -480,6 +483,9 @@ class Environment:
         """Returns what is around an ego vehicle from above: 6 × size × size, 0 or 255; where vehicles
         drive, road markings, the route, other actors, solid objects, the ego vehicle. Straight ahead
         is up."""
+    def camera(self, ego: int = 0) -> NDArray[Any]:
+        """Returns the image of the camera: height × width × 3 bytes of red, green and blue, × 1 byte of
+        semantic tags, or × 1 depth in metres. The first one of a map loads what cameras see."""
     def progress(self, ego: int = 0) -> tuple[float, float, float, float]:
         """Returns the distance along the route, its length (metres), the forward speed (metres per
         second) and the distance to the left of the lane's middle (metres)."""

@@ -17,6 +17,7 @@ except ModuleNotFoundError:
 from .config import (
     Actions,
     BirdsEye,
+    Camera,
     Continuous,
     Discrete,
     DriveConfig,
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Actions",
     "BirdsEye",
+    "Camera",
     "Continuous",
     "Discrete",
     "DriveConfig",

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import astuple, dataclass, field
+from typing import Literal
+
+from ..pose import Pose
 
 
 def _check(what: str, value: float, low: float, high: float) -> None:
@@ -52,7 +55,32 @@ class BirdsEye:
         _check("BirdsEye.pixel_m", self.pixel_m, 0.1, 4)
 
 
-Observation = State | Lidar | BirdsEye
+@dataclass(frozen=True)
+class Camera:
+    """A pinhole camera: an image of bytes (red, green, blue; sRGB) or of semantic tags, height ×
+    width × 3 or 1, or of depths in metres along the optical axis, at most 1000. Pixels are square."""
+
+    #: Pixels across and down, 8 to 2048.
+    width_px: int = 84
+    height_px: int = 84
+    #: Horizontal field of view, 0.1 to 3.
+    fov_rad: float = math.pi / 2
+    #: In the space of the vehicle: x forward, y left, z up. By default above the windscreen, looking
+    #: straight ahead.
+    pose: Pose = Pose((1.5, 0.0, 2.0))
+    output: Literal["color", "tags", "depth"] = "color"
+
+    key = "camera"
+
+    def __post_init__(self) -> None:
+        _check("Camera.width_px", self.width_px, 8, 2048)
+        _check("Camera.height_px", self.height_px, 8, 2048)
+        _check("Camera.fov_rad", self.fov_rad, 0.1, 3)
+        if self.output not in ("color", "tags", "depth"):
+            raise ValueError(f"Camera.output is {self.output!r}, must be 'color', 'tags' or 'depth'")
+
+
+Observation = State | Lidar | BirdsEye | Camera
 
 
 @dataclass(frozen=True)
@@ -158,7 +186,7 @@ class DriveConfig:
     """What decides an episode beside its seed and the actions."""
 
     #: One observation, which is the observation itself, or several, which are a dictionary with the
-    #: keys ``"state"``, ``"lidar"`` and ``"birds_eye"``.
+    #: keys ``"state"``, ``"lidar"``, ``"birds_eye"`` and ``"camera"``.
     observations: Observation | tuple[Observation, ...] = (State(), Lidar())
     actions: Actions = field(default_factory=Continuous)
     rewards: Rewards = field(default_factory=Rewards)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from .._omnibus import Environment, EnvironmentMap
 from .config import (
     BirdsEye,
+    Camera,
     Continuous,
     Discrete,
     DriveConfig,
@@ -25,6 +26,8 @@ from .config import (
 
 RENDER_MODES = ["rgb_array"]
 _STATE = 24
+#: The depth of a pixel where nothing is hit. Metres.
+_DEPTH_FAR_M = 1000.0
 #: The raster of images that are rendered where it is not observed, and the least edge of an image.
 _RENDERED = BirdsEye(size_px=256, pixel_m=0.25)
 _IMAGE_PX = 256
@@ -81,6 +84,10 @@ def _space(observation: Observation) -> spaces.Space[Any]:
             return spaces.Box(0.0, 1.0, (rays,), np.float32)
         case BirdsEye(size_px=size_px):
             return spaces.Box(0, 255, (len(_COLORS), size_px, size_px), np.uint8)
+        case Camera(width_px=width_px, height_px=height_px, output="depth"):
+            return spaces.Box(0.0, _DEPTH_FAR_M, (height_px, width_px, 1), np.float32)
+        case Camera(width_px=width_px, height_px=height_px, output=output):
+            return spaces.Box(0, 255, (height_px, width_px, 3 if output == "color" else 1), np.uint8)
 
 
 def action_space(config: DriveConfig) -> spaces.Space[Any]:
@@ -120,6 +127,7 @@ class World:
         config = self.config
         lidar = next((one for one in self._observed if isinstance(one, Lidar)), None)
         eye = next((one for one in self._observed if isinstance(one, BirdsEye)), _RENDERED)
+        camera = next((one for one in self._observed if isinstance(one, Camera)), Camera())
         return Environment(
             map,
             seed=seed,
@@ -135,6 +143,7 @@ class World:
             lidar_range_m=lidar.range_m if lidar else 50.0,
             birds_eye_px=eye.size_px,
             birds_eye_pixel_m=eye.pixel_m,
+            camera=camera,
             off_route_m=config.terminations.off_route_m,
             rewards=config.rewards._values(),  # pyright: ignore[reportPrivateUsage]
         )
@@ -174,6 +183,8 @@ class World:
                 return self._environment.lidar(ego)
             case BirdsEye():
                 return self._environment.birds_eye(ego)
+            case Camera():
+                return self._environment.camera(ego)
 
     def image(self, ego: int) -> NDArray[np.uint8]:
         """Returns a picture of the surroundings from above, height × width × 3."""
