@@ -175,7 +175,7 @@ fn in_turn(
 }
 
 /// The server releases the tick when its last client has disconnected.
-fn take_tick(client: &mut Client) -> anyhow::Result<()> {
+pub(crate) fn take_tick(client: &mut Client) -> anyhow::Result<()> {
     for _ in 0..1000 {
         if client.take_tick().is_ok() {
             return Ok(());
@@ -241,7 +241,7 @@ fn cars(client: &mut Client) -> anyhow::Result<Vec<ActorId>> {
 }
 
 /// Returns a port that is free, as is the next one, at the time of the call.
-fn free_port() -> anyhow::Result<u16> {
+pub(crate) fn free_port() -> anyhow::Result<u16> {
     for _ in 0..100 {
         let port = TcpListener::bind("127.0.0.1:0")?.local_addr()?.port();
         if port < u16::MAX && TcpListener::bind(("127.0.0.1", port + 1)).is_ok() {

@@ -5,9 +5,11 @@
 //! ```text
 //!   bench ──spawns──▶ omnibus run ──▶ traffic, sensor-render
 //!     │  └─ client-lib: tick, bundles, controls ─┘
-//!     └──spawns──▶ bench peer …   the same exchange over loopback TCP, in the same run
+//!     ├──spawns──▶ bench peer …   the same exchange over loopback TCP, in the same run
+//!     └──spawns──▶ bench agent …  an agent; others are in C and Python
 //! ```
 
+mod agent;
 mod camera;
 mod carla;
 mod collect;
@@ -121,6 +123,9 @@ enum Verb {
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
     Peer(peer::Args),
+    /// The agent in Rust; bench starts it
+    #[command(hide = true)]
+    Agent(agent::Args),
 }
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
@@ -149,6 +154,7 @@ fn main() -> std::process::ExitCode {
     let cli = Cli::parse();
     let ended = match &cli.verb {
         Verb::Peer(args) => peer::play(args),
+        Verb::Agent(args) => agent::play(args),
         Verb::CarlaClient => Sink::open(cli.json.as_deref())
             .and_then(|mut sink| carla::measure(cli.effort, &mut sink)),
         verb => measure(&format!("{verb:?}").to_lowercase(), &cli),

@@ -18,14 +18,16 @@ fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().unwrap()
 }
 
-/// Returns the folder of the library, which is built once, beside the program under test.
-fn library() -> &'static Path {
+/// Returns the folder of the library, which is built once, beside the program under test and the
+/// benchmarks.
+pub(crate) fn library() -> &'static Path {
     static BUILT: OnceLock<PathBuf> = OnceLock::new();
     BUILT.get_or_init(|| {
         let folder = Path::new(env!("CARGO_BIN_EXE_role")).parent().unwrap();
         // With the program: then it shares the program's build of each dependency.
         let built = Command::new(env!("CARGO"))
-            .args(["build", "--release", "--offline", "-p", "omnibus-c", "-p", "omnibus-sim"])
+            .args(["build", "--release", "--offline"])
+            .args(["-p", "omnibus-c", "-p", "omnibus-sim", "-p", "omnibus-bench"])
             .arg("--target-dir")
             .arg(folder.parent().unwrap())
             .current_dir(root())

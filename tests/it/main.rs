@@ -32,6 +32,7 @@ mod hide;
 mod hold;
 mod hostile;
 mod lamps;
+mod latency;
 mod leave;
 mod load;
 mod map;

@@ -34,7 +34,7 @@ fn output(command: &mut Command) -> Result<String, String> {
 
 /// Returns the interpreter of an environment that has the wheel and nothing else; or why there is
 /// none.
-fn python() -> Result<PathBuf, String> {
+pub(crate) fn python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     FOUND.get_or_init(|| install("omnibus-it-python", &wheel()?, &[])).clone()
 }
