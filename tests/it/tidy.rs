@@ -38,6 +38,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("maps", &["bus", "mapgen"]),
     ("python", &["client-lib", "environment", "mapgen", "maps", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
+    ("ros2", &["client-lib"]),
     (
         "environment",
         &[
@@ -104,6 +105,7 @@ const OWNED: &[(&str, &str)] = &[
     ("mcap", "record"),
     ("memmap2", "bake"),
     ("quick-xml", "road"),
+    ("socket2", "ros2"),
     ("zstd", "record"),
 ];
 
