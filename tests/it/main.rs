@@ -45,6 +45,7 @@ mod profile;
 mod python_package;
 mod record;
 mod refuse;
+mod ros2;
 mod same;
 mod setters;
 mod soak;

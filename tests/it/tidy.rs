@@ -72,6 +72,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "sensor-render",
             "client-lib",
             "carla-gateway",
+            "ros2",
         ],
     ),
     (

@@ -23,6 +23,7 @@ mod profile;
 mod record;
 mod replay;
 mod resimulate;
+mod ros2;
 mod run;
 mod saved;
 mod stage;
@@ -59,6 +60,8 @@ enum Verb {
     Profile(profile::ProfileArgs),
     /// Shows a running simulator: participants, frame rate, stages, queues, the limiting stage
     Top(top::TopArgs),
+    /// Publishes a vehicle and its sensors to ROS 2, and drives it by control messages
+    Ros2(ros2::Ros2Args),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
     /// Describes, checks, draws, converts or generates a map
@@ -109,6 +112,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Inspect(args) => inspect::inspect(args),
         Verb::Profile(args) => profile::profile(args),
         Verb::Top(args) => top::top(args),
+        Verb::Ros2(args) => ros2::ros2(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),
