@@ -26,6 +26,7 @@ mod quiet;
 mod record;
 mod recovery;
 mod rest;
+mod ros2;
 mod scene;
 mod sim;
 mod stage;
@@ -114,11 +115,13 @@ enum Verb {
     Environment,
     /// The official carla package through the CARLA server
     CarlaClient,
+    /// Images through the node of ROS 2 to Cyclone DDS, and the tick beside it
+    Ros2,
     /// From OpenDRIVE text to a network that answers queries
     Map,
     /// From OpenDRIVE text to a furnished town for ray tracing
     World,
-    /// All of them, except carla-client
+    /// All of them, except carla-client and ros2
     All,
     /// One end of an exchange over loopback TCP; bench starts these
     #[command(hide = true)]
@@ -157,6 +160,8 @@ fn main() -> std::process::ExitCode {
         Verb::Agent(args) => agent::play(args),
         Verb::CarlaClient => Sink::open(cli.json.as_deref())
             .and_then(|mut sink| carla::measure(cli.effort, &mut sink)),
+        Verb::Ros2 => Sink::open(cli.json.as_deref())
+            .and_then(|mut sink| ros2::measure(cli.effort, &mut sink)),
         verb => measure(&format!("{verb:?}").to_lowercase(), &cli),
     };
     match ended {
