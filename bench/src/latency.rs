@@ -18,10 +18,10 @@ use crate::{
     sim::Sim,
 };
 
-const ROUNDS: usize = 5;
-const TICKS: usize = 4_000;
+const ROUNDS: usize = 9;
+const TICKS: usize = 2_000;
 /// Ticks in which much is read, which takes longer.
-const LONG_TICKS: usize = 400;
+const LONG_TICKS: usize = 200;
 /// Ticks in a row: the stage clock keeps 64 frames.
 const BURST: usize = 60;
 /// The first ticks of a burst do not count: the processes were asleep.
