@@ -27,8 +27,8 @@ use crate::{
 const LEASE: Duration = Duration::from_secs(10);
 /// Time between two announcements.
 const ANNOUNCE_EVERY: Duration = Duration::from_secs(1);
-/// Time between two requests for acknowledgement.
-const ASK_EVERY: Duration = Duration::from_millis(50);
+/// Time between two requests for acknowledgement, after which a lost sample is sent again.
+const ASK_EVERY: Duration = Duration::from_millis(10);
 /// Participants that are followed, at most.
 const REMOTES_MAX: usize = 1024;
 /// The announcement of this participant is its only sample.
