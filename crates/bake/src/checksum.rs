@@ -25,7 +25,15 @@ impl Checksum {
 
     /// Adds `bytes` and their number.
     pub(crate) fn add(&mut self, bytes: &[u8]) {
+        let whole = bytes.len() / 32 * 32;
+        self.add_beginning(&bytes[..whole]);
+        self.add_end(&bytes[whole..], bytes.len());
+    }
+
+    /// Adds a beginning of bytes, a multiple of 32.
+    pub(crate) fn add_beginning(&mut self, bytes: &[u8]) {
         let (blocks, rest) = bytes.as_chunks::<32>();
+        debug_assert!(rest.is_empty());
         let mut streams = self.streams;
         for block in blocks {
             let (words, _) = block.as_chunks::<8>();
@@ -33,14 +41,18 @@ impl Checksum {
                 streams[lane] = step(streams[lane], u64::from_le_bytes(words[lane]), lane);
             }
         }
+        self.streams = streams;
+    }
+
+    /// Adds the less than 32 bytes behind the beginning of `length` bytes, and that number.
+    pub(crate) fn add_end(&mut self, rest: &[u8], length: usize) {
         let mut last = [0; 32];
         last[..rest.len()].copy_from_slice(rest);
         for lane in 0..4 {
             let word = last[8 * lane..8 * lane + 8].try_into().expect("eight bytes");
-            streams[lane] = step(streams[lane], u64::from_le_bytes(word), lane);
-            streams[lane] = step(streams[lane], bytes.len() as u64, lane);
+            self.streams[lane] = step(self.streams[lane], u64::from_le_bytes(word), lane);
+            self.streams[lane] = step(self.streams[lane], length as u64, lane);
         }
-        self.streams = streams;
     }
 
     /// The 128 bits.

@@ -2,6 +2,7 @@
 
 use std::{sync::Arc, thread};
 
+use mesh::Mesh;
 use road::Network;
 use town::{Detail, Town};
 
@@ -99,6 +100,22 @@ impl Cache {
             return town;
         }
         let town = self.town_around(network, open_drive, seed).without_scenery();
+        if self.is_enabled() {
+            self.keep(key, &[&town_to_bytes(&town)]);
+        }
+        town
+    }
+
+    /// The part of the town round `network` that decides physics beside the ground: the result of
+    /// [`Cache::ground_around`] without its mesh. It is kept.
+    pub fn solids_around(&self, network: &Network, open_drive: &str, seed: u64) -> Town {
+        let key = Key::new("solids", "", open_drive, seed, Detail::Standard);
+        let kept = self.find(key).and_then(|mut parts| parts.take::<u8>());
+        if let Some(town) = kept.and_then(|bytes| town_from_bytes(&bytes).ok()) {
+            return town;
+        }
+        let mut town = self.ground_around(network, open_drive, seed);
+        town.mesh = Mesh::default();
         if self.is_enabled() {
             self.keep(key, &[&town_to_bytes(&town)]);
         }

@@ -27,6 +27,8 @@ use crate::checksum::Checksum;
 /// Bytes that one thread reads at a time. The checksum of a part is that of the checksums of its
 /// blocks, so that threads share the work.
 const BLOCK: usize = 4 << 20;
+/// Bytes of a block that are read at a time for its checksum alone: they stay in the processor.
+const STRETCH: usize = 64 << 10;
 /// The most threads that read one part: more do not read faster.
 const THREADS_MAX: usize = 8;
 /// The size of the kernel's large pages.
@@ -84,6 +86,58 @@ pub(crate) fn read_values<T: Pod>(
     Some((values, sum_of_blocks(&sums)))
 }
 
+/// Returns the checksum of `length` bytes of a file from the byte `from` on; `None` if the file is
+/// shorter or cannot be read.
+pub(crate) fn sum_in_file(file: &File, from: u64, length: u64) -> Option<[u64; 2]> {
+    let blocks = length.div_ceil(BLOCK as u64) as usize;
+    let mut sums = vec![[0; 2]; blocks];
+    let threads = thread::available_parallelism().map_or(1, |n| n.get());
+    let threads = threads.min(THREADS_MAX).min(blocks);
+    let work = Mutex::new((from..from + length).step_by(BLOCK).zip(&mut sums));
+    let has_failed = AtomicBool::new(false);
+    let read = || {
+        let mut room = Vec::with_capacity(STRETCH);
+        loop {
+            let Some((at, sum)) = work.lock().expect("no panic").next() else { break };
+            let length = BLOCK.min((from + length - at) as usize);
+            match sum_of_block(file, at, length, &mut room.spare_capacity_mut()[..STRETCH]) {
+                Some(found) => *sum = found,
+                None => has_failed.store(true, Ordering::Relaxed),
+            }
+        }
+    };
+    thread::scope(|scope| {
+        (1..threads).for_each(|_| {
+            scope.spawn(read);
+        });
+        read();
+    });
+    (!has_failed.into_inner()).then(|| sum_of_blocks(&sums))
+}
+
+/// Returns the checksum of a block, through the memory of `room`.
+fn sum_of_block(
+    file: &File,
+    at: u64,
+    length: usize,
+    room: &mut [MaybeUninit<u8>],
+) -> Option<[u64; 2]> {
+    let mut sum = Checksum::new();
+    let mut done = 0;
+    loop {
+        let count = room.len().min(length - done);
+        let bytes = read_block(file, at + done as u64, &mut room[..count])?;
+        done += count;
+        if done == length {
+            let whole = bytes.len() / 32 * 32;
+            sum.add_beginning(&bytes[..whole]);
+            sum.add_end(&bytes[whole..], length);
+            return Some(sum.digest());
+        }
+        sum.add_beginning(bytes);
+    }
+}
+
 /// Fills a block from the byte `at` on; `None` if the file ends before.
 fn read_block<'a>(file: &File, at: u64, block: &'a mut [MaybeUninit<u8>]) -> Option<&'a [u8]> {
     let mut done = 0;
@@ -129,6 +183,14 @@ impl Mapped {
         let map = unsafe { MmapOptions::new().populate().map(file) }.ok()?;
         let part = from..from.checked_add(length)?;
         (part.end <= map.len()).then_some(Mapped { map, part })
+    }
+
+    /// Maps all of `file`, without its pages: each is read when it is first used.
+    pub(crate) fn lazy(file: &File) -> Option<Mapped> {
+        // SAFETY: as in `new`.
+        let map = unsafe { MmapOptions::new().map(file) }.ok()?;
+        let part = 0..map.len();
+        Some(Mapped { map, part })
     }
 }
 

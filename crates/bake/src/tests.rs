@@ -97,6 +97,42 @@ fn every_block_of_a_long_part_is_read_and_checked() {
 }
 
 #[test]
+fn shared_values_are_those_that_were_kept_and_damaged_ones_are_a_miss() {
+    let folder = Folder::new("shared");
+    let cache = Cache::in_folder(&folder.0);
+    // Alignment of a cache line after a part of odd length; more than a block.
+    #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+    #[repr(C, align(64))]
+    struct Line([u64; 8]);
+    let lines: Vec<Line> = (0..70_000).map(|number| Line([number; 8])).collect();
+    cache.keep(key(1), &[b"odd", bytemuck::cast_slice(&lines), b"", b"tail"]);
+    let read = || {
+        let mut parts = cache.find(key(1))?;
+        let head = parts.share::<u8>()?;
+        let (lines, none) = (parts.share::<Line>()?, parts.share::<u32>()?);
+        assert!(none.is_empty());
+        // An own part between shared ones.
+        Some((head.to_vec(), lines, parts.take::<u8>()?))
+    };
+    let (head, shared, tail) = read().expect("intact");
+    assert_eq!((&*head, &*tail), (&b"odd"[..], &b"tail"[..]));
+    assert!(*shared == *lines);
+    let mut parts = cache.find(key(1)).expect("intact");
+    assert!(parts.share::<u64>().is_none(), "three bytes are no u64");
+    let file = folder.only_file();
+    let bytes = fs::read(&file).expect("the file");
+    for at in [200, bytes.len() / 2, bytes.len() - 5] {
+        let mut damaged = bytes.clone();
+        damaged[at] ^= 4;
+        // Another file: the values above stay as they are.
+        fs::remove_file(&file).expect("remove");
+        fs::write(&file, damaged).expect("write");
+        assert!(read().is_none(), "byte {at}");
+    }
+    assert!(*shared == *lines);
+}
+
+#[test]
 fn the_key_covers_the_sources_of_every_crate_that_decides_the_bytes() {
     let crates: Vec<&str> = env!("OMNIBUS_SOURCE_CRATES").split(' ').collect();
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
@@ -335,4 +371,7 @@ fn the_ground_of_a_town_is_kept_without_its_scenery() {
     // From the only file of the cache.
     folder.only_file();
     assert!(cache.ground_around(&network, &text, 4) == first, "another town is kept");
+    let solids = Town { mesh: mesh::Mesh::default(), ..first };
+    assert!(cache.solids_around(&network, &text, 4) == solids, "another town");
+    assert!(cache.solids_around(&network, &text, 4) == solids, "another town is kept");
 }
