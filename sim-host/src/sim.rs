@@ -13,7 +13,7 @@
 //! [`Sim::step`]. Commands that need more than the simulation go to the caller's [`Services`].
 //! Every command is matched by its group without a wildcard ([`protocol::CommandGroup`]).
 
-use std::convert::Infallible;
+use std::{convert::Infallible, sync::Arc};
 
 use mesh::WordHash;
 use protocol::{
@@ -25,7 +25,7 @@ use protocol::{
 use town::Town;
 
 use crate::{
-    physics::Physics,
+    physics::{Ground, Physics},
     request::Request,
     saved::{SavedState, StateError, decision_hash},
     world::World,
@@ -164,6 +164,11 @@ impl Sim {
     /// of the map.
     pub fn new(town: &Town, seed: u64) -> Sim {
         Sim::of(World::new(town, seed))
+    }
+
+    /// As [`Sim::new`], on a ground that exists already: the mesh of the town is not read.
+    pub fn on(ground: Arc<Ground>, town: &Town, seed: u64) -> Sim {
+        Sim::of(World::on(ground, town, seed))
     }
 
     /// Creates a simulation at frame 0 of its first episode.

@@ -54,6 +54,11 @@ struct MapState {
 impl World {
     /// Creates the world of frame 0, in which the only actors are the traffic lights of the map.
     pub fn new(town: &Town, seed: u64) -> World {
+        World::on(Arc::new(Ground::new(&town.mesh)), town, seed)
+    }
+
+    /// As [`World::new`], on a ground that exists already: the mesh of the town is not read.
+    pub(crate) fn on(ground: Arc<Ground>, town: &Town, seed: u64) -> World {
         let statics: Vec<StaticBox> = town
             .colliders
             .iter()
@@ -64,7 +69,7 @@ impl World {
             })
             .collect();
         let map = MapState {
-            ground: Arc::new(Ground::new(&town.mesh)),
+            ground,
             statics: StaticBoxes::new(&statics),
             solids: town.colliders.iter().map(|c| (c.object, layer(town, c.object))).collect(),
             tags: town.colliders.iter().map(|c| tag(town, c.object)).collect(),

@@ -10,6 +10,7 @@ use grid::{EMPTY, Grid};
 use topmost::TopmostCache;
 use triangle::{Triangle, friction_of};
 
+mod baked;
 mod cell;
 mod grid;
 mod topmost;

@@ -1,6 +1,7 @@
 //! Coordinates inside a cell of the grid, quantised so that one subtraction rejects most triangles
 //! of a cell.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
 /// Edge of a cell.
@@ -31,7 +32,8 @@ impl CellPoint {
 
 /// The bounds of a triangle in a cell, one byte each: the steps of the low corner, and 127 minus the
 /// steps of the high corner.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
+#[repr(transparent)]
 pub(super) struct CellBounds(u32);
 
 impl CellBounds {

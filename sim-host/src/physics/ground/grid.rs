@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use bake::Values;
 use glam::Vec2;
 
 use super::{
@@ -19,24 +20,24 @@ pub(super) const EMPTY: u32 = u32::MAX;
 
 /// The triangles of the ground, listed by cell.
 pub(super) struct Grid {
-    pub triangles: Vec<Triangle>,
+    pub triangles: Values<Triangle>,
     /// Lower corner of the grid, in world space.
     pub origin: Vec2,
     /// Blocks along x and y.
-    blocks: [usize; 2],
+    pub blocks: [usize; 2],
     /// The number of each block among those with ground, or [`EMPTY`].
-    block_numbers: Vec<u32>,
+    pub block_numbers: Values<u32>,
     /// Where the list of each cell begins in `lists`, and the end of the last one.
-    cell_starts: Vec<u32>,
+    pub cell_starts: Values<u32>,
     /// Indices of triangles, cell by cell.
-    pub lists: Vec<u32>,
+    pub lists: Values<u32>,
     /// In the order of `lists`: the part of the cell that each triangle may cover.
-    pub bounds: Vec<CellBounds>,
+    pub bounds: Values<CellBounds>,
 }
 
 impl Grid {
-    /// Sorts triangles into the cells of a grid from `low` to `high`. `corners` are those of each
-    /// triangle.
+    /// Sorts triangles into the cells of a grid from `low` to `high`: lists the cells under each
+    /// triangle, counts, prefix sum, then writes. `corners` are those of each triangle.
     pub(super) fn new(
         triangles: Vec<Triangle>,
         corners: &[[Vec2; 3]],
@@ -47,68 +48,62 @@ impl Grid {
         let extent = high + 1.0 - origin;
         let edge_m = CELL_M * BLOCK_CELLS as f32;
         let blocks = [(extent.x / edge_m) as usize + 1, (extent.y / edge_m) as usize + 1];
-        let mut grid = Grid {
-            triangles,
-            origin,
-            blocks,
-            block_numbers: vec![EMPTY; blocks[0] * blocks[1]],
-            cell_starts: Vec::new(),
-            lists: Vec::new(),
-            bounds: Vec::new(),
-        };
-        grid.fill(corners);
-        grid
-    }
-
-    /// Sorts the triangles into cells: lists the cells under each triangle, counts, prefix sum, then
-    /// writes.
-    fn fill(&mut self, corners: &[[Vec2; 3]]) {
+        let mut block_numbers = vec![EMPTY; blocks[0] * blocks[1]];
         let cells_in_block = BLOCK_CELLS * BLOCK_CELLS;
         let mut counts: Vec<u32> = Vec::new();
         // Triangle by triangle: the cells under it, and its bounds in them.
         let mut covered: Vec<(u32, CellBounds)> = Vec::new();
-        let mut covered_ends = Vec::with_capacity(self.triangles.len());
+        let mut covered_ends = Vec::with_capacity(triangles.len());
         let mut numbered = 0;
-        for (triangle, points) in self.triangles.iter().zip(corners) {
+        for (triangle, points) in triangles.iter().zip(corners) {
             let low = points[0].min(points[1]).min(points[2]) - 2.0 * SEAM_M;
             let high = points[0].max(points[1]).max(points[2]) + 2.0 * SEAM_M;
-            for_cells_under(self.origin, triangle, points, |[x, y]| {
-                let block = y / BLOCK_CELLS * self.blocks[0] + x / BLOCK_CELLS;
-                if self.block_numbers[block] == EMPTY {
-                    self.block_numbers[block] = numbered;
+            for_cells_under(origin, triangle, points, |[x, y]| {
+                let block = y / BLOCK_CELLS * blocks[0] + x / BLOCK_CELLS;
+                if block_numbers[block] == EMPTY {
+                    block_numbers[block] = numbered;
                     numbered += 1;
                     counts.resize(numbered as usize * cells_in_block, 0);
                 }
-                let cell = self.block_numbers[block] as usize * cells_in_block
+                let cell = block_numbers[block] as usize * cells_in_block
                     + y % BLOCK_CELLS * BLOCK_CELLS
                     + x % BLOCK_CELLS;
                 counts[cell] += 1;
-                let bounds = CellBounds::new(self.origin, [x as u32, y as u32], low, high);
+                let bounds = CellBounds::new(origin, [x as u32, y as u32], low, high);
                 covered.push((cell as u32, bounds));
             });
             covered_ends.push(covered.len());
         }
         let mut total = 0;
-        self.cell_starts = Vec::with_capacity(counts.len() + 1);
+        let mut cell_starts = Vec::with_capacity(counts.len() + 1);
         for count in &counts {
-            self.cell_starts.push(total);
+            cell_starts.push(total);
             total += count;
         }
-        self.cell_starts.push(total);
-        self.lists = vec![0; total as usize];
-        self.bounds = vec![CellBounds::default(); total as usize];
+        cell_starts.push(total);
+        let mut lists = vec![0; total as usize];
+        let mut bounds = vec![CellBounds::default(); total as usize];
         // The counts become the next free entry of each cell.
         let mut next = counts;
-        next.copy_from_slice(&self.cell_starts[..self.cell_starts.len() - 1]);
+        next.copy_from_slice(&cell_starts[..cell_starts.len() - 1]);
         let mut begin = 0;
         for (index, end) in covered_ends.into_iter().enumerate() {
-            for (cell, bounds) in &covered[begin..end] {
+            for (cell, part) in &covered[begin..end] {
                 let at = &mut next[*cell as usize];
-                self.lists[*at as usize] = index as u32;
-                self.bounds[*at as usize] = *bounds;
+                lists[*at as usize] = index as u32;
+                bounds[*at as usize] = *part;
                 *at += 1;
             }
             begin = end;
+        }
+        Grid {
+            triangles: in_order_of(&mut lists, &triangles).into(),
+            origin,
+            blocks,
+            block_numbers: block_numbers.into(),
+            cell_starts: cell_starts.into(),
+            lists: lists.into(),
+            bounds: bounds.into(),
         }
     }
 
@@ -158,6 +153,22 @@ impl Grid {
         }
         if below.1 != EMPTY { below } else { above }
     }
+}
+
+/// Returns the triangles in the order in which lists of their indices first name them, and renumbers
+/// the lists: what is near in the world is near in memory then.
+fn in_order_of(lists: &mut [u32], triangles: &[Triangle]) -> Vec<Triangle> {
+    let mut ordered = Vec::with_capacity(triangles.len());
+    let mut numbers = vec![EMPTY; triangles.len()];
+    for index in lists {
+        let number = &mut numbers[*index as usize];
+        if *number == EMPTY {
+            *number = ordered.len() as u32;
+            ordered.push(triangles[*index as usize]);
+        }
+        *index = *number;
+    }
+    ordered
 }
 
 /// Calls `visit` with every cell that a triangle touches, with the margin of the seam, row by row.

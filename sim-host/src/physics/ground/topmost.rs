@@ -5,7 +5,10 @@
 //! inside such a triangle and above it needs no search, and returns the bits that a search would:
 //! the cache is no part of the state.
 
-use std::sync::atomic::{AtomicU32, Ordering};
+use std::sync::{
+    OnceLock,
+    atomic::{AtomicU32, Ordering},
+};
 
 use glam::{DVec2, Vec2};
 
@@ -25,8 +28,12 @@ const PARTS: u32 = 4;
 const PART_STEPS: u8 = 32;
 
 /// For each entry of the cells' lists, two bits for each part of the cell: whether it is known if
-/// the triangle is topmost there, and whether it is. Filled on the first query.
-pub(super) struct TopmostCache(Vec<AtomicU32>);
+/// the triangle is topmost there, and whether it is. Filled on the first query; chunks of entries
+/// without a query take no memory.
+pub(super) struct TopmostCache(Vec<OnceLock<Box<[AtomicU32; CHUNK]>>>);
+
+/// Entries of a chunk.
+const CHUNK: usize = 1024;
 
 /// The triangle that the previous query found, which is topmost in a part of a cell.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +47,7 @@ pub(crate) struct CachedTriangle {
 impl TopmostCache {
     /// Creates a cache for this many entries, none of which is known.
     pub(super) fn unknown(entries: usize) -> TopmostCache {
-        TopmostCache((0..entries).map(|_| AtomicU32::new(0)).collect())
+        TopmostCache((0..entries.div_ceil(CHUNK)).map(|_| OnceLock::new()).collect())
     }
 
     /// Returns the hit on the cached triangle, or `None` if a search is needed.
@@ -95,13 +102,16 @@ impl TopmostCache {
 
     fn is_topmost(&self, grid: &Grid, entry: usize, cell: [u32; 2], part: u32) -> bool {
         let (is_known, is_topmost) = (1 << (2 * part), 2 << (2 * part));
-        let bits = self.0[entry].load(Ordering::Relaxed);
+        let chunk =
+            self.0[entry / CHUNK].get_or_init(|| Box::new([const { AtomicU32::new(0) }; CHUNK]));
+        let known = &chunk[entry % CHUNK];
+        let bits = known.load(Ordering::Relaxed);
         if bits & is_known != 0 {
             return bits & is_topmost != 0;
         }
         let result = is_topmost_in(grid, entry, cell, part);
         let bits = if result { is_known | is_topmost } else { is_known };
-        self.0[entry].fetch_or(bits, Ordering::Relaxed);
+        known.fetch_or(bits, Ordering::Relaxed);
         result
     }
 }

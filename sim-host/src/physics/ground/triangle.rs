@@ -1,5 +1,6 @@
 //! One triangle of the ground, prepared for vertical queries.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 use mesh::Material;
 
@@ -23,7 +24,7 @@ pub struct Hit {
 }
 
 /// A triangle with what a vertical query needs: whether a point lies on it, and at which height.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(super) struct Triangle {
     /// One corner, in world space.

@@ -1,3 +1,4 @@
+use bake::Cache;
 use glam::Vec3;
 
 use crate::physics::Ground;
@@ -112,4 +113,30 @@ fn a_cached_query_returns_the_result_of_a_search() {
         }
     }
     assert!(cached_count > 200_000, "only {cached_count} queries cached a topmost triangle");
+}
+
+#[test]
+fn the_ground_from_the_cache_answers_with_the_bits_of_the_one_from_the_mesh() {
+    let network = road::Network::parse(&mapgen::named("Flatford").unwrap()).unwrap();
+    let mesh = town::furnish(&network, 3).without_scenery().mesh;
+    let folder = std::env::temp_dir().join(format!("omnibus-ground-{}", std::process::id()));
+    let cache = Cache::in_folder(&folder);
+    let built = Ground::new(&mesh);
+    Ground::cached(&cache, "a map", 3, || mesh.clone());
+    let kept = Ground::cached(&cache, "a map", 3, || panic!("it is in the cache"));
+    std::fs::remove_dir_all(&folder).unwrap();
+    assert_eq!(kept.triangle_count(), built.triangle_count());
+    let mut random = mesh::RandomStream::named(1, 2);
+    let (mut on_map, mut cached) = (0, [None, None]);
+    for _ in 0..20_000 {
+        let [x, y, z] = mesh.positions[random.below(mesh.positions.len())];
+        let mut near = || (random.below(4000) as f32 - 2000.0) * 1e-3;
+        let (x, y, z) = (x + near(), y + near(), z + near());
+        let hit = built.below(x, y, z);
+        assert_eq!(kept.below(x, y, z), hit, "{x} {y} {z}");
+        assert_eq!(built.below_cached(x, y, z, &mut cached[0]), hit, "{x} {y} {z}");
+        assert_eq!(kept.below_cached(x, y, z, &mut cached[1]), hit, "{x} {y} {z}");
+        on_map += usize::from(hit.on_map);
+    }
+    assert!(on_map > 10_000, "{on_map}");
 }
