@@ -5,6 +5,10 @@
 //! handles them. Tracks that share their exit *merge*: the second vehicle follows the first. All
 //! others *cross*: the second waits until the first has left.
 
+use std::borrow::Cow;
+
+use bake::Parts;
+use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{Vec2, Vec3};
 
 use crate::{
@@ -146,10 +150,68 @@ impl Conflicts {
         Conflicts { first, list, setback_m }
     }
 
+    /// Returns the conflicts as bytes, in the order in which [`Conflicts::take`] reads them.
+    pub(crate) fn parts(&self) -> Vec<Cow<'_, [u8]>> {
+        let rows: Vec<Row> = self.list.iter().map(Row::of).collect();
+        vec![
+            cast_slice(&self.first).into(),
+            cast_slice(&rows).to_vec().into(),
+            cast_slice(&self.setback_m).into(),
+        ]
+    }
+
+    /// Reads what [`Conflicts::parts`] gave; `None` if a part is missing or damaged.
+    pub(crate) fn take(parts: &mut Parts) -> Option<Conflicts> {
+        let first = parts.take()?;
+        let list = parts.take::<Row>()?.iter().map(Row::conflict).collect();
+        Some(Conflicts { first, list, setback_m: parts.take()? })
+    }
+
     /// Returns the conflicts of `lane`, ascending by the other lane.
     pub(crate) fn of(&self, lane: u32) -> &[Conflict] {
         let lane = lane as usize;
         &self.list[self.first[lane] as usize..self.first[lane + 1] as usize]
+    }
+}
+
+/// A [`Conflict`] as bytes.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Row {
+    other: u32,
+    /// Bit 0: `merge`; the next ones: which of `stretches` exist.
+    bits: u32,
+    /// `wide`, `cars`, `mixed` and `core`: begin and end on this track, then on the other.
+    stretches: [[f32; 4]; 5],
+}
+
+impl Row {
+    fn of(conflict: &Conflict) -> Row {
+        let Conflict { other, merge, cars, mixed, wide, core } = *conflict;
+        let mut row = Row { other, bits: u32::from(merge), stretches: [[0.0; 4]; 5] };
+        for (index, one) in [Some(wide), cars, mixed[0], mixed[1], core].into_iter().enumerate() {
+            if let Some(Stretches { own, other }) = one {
+                row.bits |= 2 << index;
+                row.stretches[index] = [own.0, own.1, other.0, other.1];
+            }
+        }
+        row
+    }
+
+    fn conflict(&self) -> Conflict {
+        let stretches = |index: usize| {
+            let [a, b, c, d] = self.stretches[index];
+            Stretches { own: (a, b), other: (c, d) }
+        };
+        let found = |index: usize| (self.bits & 2 << index != 0).then(|| stretches(index));
+        Conflict {
+            other: self.other,
+            merge: self.bits & 1 != 0,
+            cars: found(1),
+            mixed: [found(2), found(3)],
+            wide: stretches(0),
+            core: found(4),
+        }
     }
 }
 

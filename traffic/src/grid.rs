@@ -1,5 +1,9 @@
 //! A spatial index of tracks.
 
+use std::borrow::Cow;
+
+use bake::Parts;
+use bytemuck::{Pod, Zeroable, bytes_of, cast_slice};
 use glam::Vec2;
 
 use crate::tracks::Tracks;
@@ -25,7 +29,38 @@ pub(crate) struct Grid {
     entries: Vec<(u32, f32)>,
 }
 
+/// The numbers of a [`Grid`] beside its lists.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Head {
+    low: Vec2,
+    cell_m: f32,
+    columns: u32,
+    rows: u32,
+}
+
 impl Grid {
+    /// Returns the grid as bytes, in the order in which [`Grid::take`] reads them.
+    pub(crate) fn parts(&self) -> Vec<Cow<'_, [u8]>> {
+        let Grid { low, cell_m, columns, rows, first, entries } = self;
+        let (columns, rows) = (*columns as u32, *rows as u32);
+        let head = Head { low: *low, cell_m: *cell_m, columns, rows };
+        let entries: Vec<[u32; 2]> =
+            entries.iter().map(|(lane, arc_m)| [*lane, arc_m.to_bits()]).collect();
+        let head = bytes_of(&head).to_vec();
+        vec![head.into(), cast_slice(first).into(), cast_slice(&entries).to_vec().into()]
+    }
+
+    /// Reads what [`Grid::parts`] gave; `None` if a part is missing or damaged.
+    pub(crate) fn take(parts: &mut Parts) -> Option<Grid> {
+        let Head { low, cell_m, columns, rows } = *parts.take::<Head>()?.first()?;
+        let (columns, rows) = (columns as usize, rows as usize);
+        let first = parts.take()?;
+        let entries = parts.take::<[u32; 2]>()?.into_iter();
+        let entries = entries.map(|[lane, bits]| (lane, f32::from_bits(bits))).collect();
+        Some(Grid { low, cell_m, columns, rows, first, entries })
+    }
+
     /// Lists all tracks.
     pub(crate) fn new(tracks: &Tracks) -> Grid {
         let lanes = || (0..tracks.count() as u32).filter(|&lane| tracks.has(lane));

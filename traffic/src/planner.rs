@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use bake::Cache;
 use glam::Vec3;
 use protocol::{ActorId, ActorState, JournalEntry, LightState, VehicleControl, flag, kind, lamp};
 
@@ -63,6 +64,12 @@ impl Planner {
     /// Creates a planner for a map. `seed` decides all random turns.
     pub fn new(network: Arc<road::Network>, seed: u64) -> Planner {
         Planner::of(Arc::new(Map::new(&network)), seed)
+    }
+
+    /// As [`Planner::new`], with what takes long to derive from the cache if possible; otherwise it is
+    /// kept. `open_drive` is the text of `network`.
+    pub fn cached(cache: &Cache, network: &road::Network, open_drive: &str, seed: u64) -> Planner {
+        Planner::of(Arc::new(Map::cached(cache, network, open_drive)), seed)
     }
 
     /// Returns a planner of the same map that has planned nothing, with another seed.

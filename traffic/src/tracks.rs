@@ -4,6 +4,10 @@
 //! direction. All distances along tracks are arc lengths in metres; lateral offsets are positive to
 //! the left. Tracks are indexed by `road::LaneIndex`; lanes for other uses have an empty track.
 
+use std::borrow::Cow;
+
+use bake::Parts;
+use bytemuck::cast_slice;
 use glam::{Vec2, Vec3};
 use road::{Lane, LaneIndex, LanePoint, LaneTypes, Network};
 
@@ -175,6 +179,69 @@ impl Tracks {
             tracks.set_curve_speed(lane);
         }
         tracks
+    }
+
+    /// Returns the tables as bytes, in the order in which [`Tracks::take`] reads them.
+    pub(crate) fn parts(&self) -> Vec<Cow<'_, [u8]>> {
+        let bools = |list: &[bool]| list.iter().copied().map(u8::from).collect::<Vec<u8>>().into();
+        vec![
+            cast_slice(&self.first).into(),
+            cast_slice(&self.length_m).into(),
+            cast_slice(&self.step_m).into(),
+            cast_slice(&self.limit_mps).into(),
+            cast_slice(&self.junction).into(),
+            cast_slice(&self.zone).into(),
+            cast_slice(&self.left).into(),
+            cast_slice(&self.right).into(),
+            cast_slice(&self.oncoming).into(),
+            bools(&self.left_change),
+            bools(&self.right_change),
+            cast_slice(&self.usable_m).into(),
+            cast_slice(&self.u_turn_lane).into(),
+            bools(&self.endless),
+            cast_slice(&self.next.first).into(),
+            cast_slice(&self.next.lanes).into(),
+            cast_slice(&self.previous.first).into(),
+            cast_slice(&self.previous.lanes).into(),
+            cast_slice(&self.point).into(),
+            cast_slice(&self.tangent).into(),
+            cast_slice(&self.curvature).into(),
+            cast_slice(&self.half_width).into(),
+            cast_slice(&self.curve_speed).into(),
+            cast_slice(&self.top_curve_speed).into(),
+        ]
+    }
+
+    /// Reads what [`Tracks::parts`] gave; `None` if a part is missing or damaged.
+    pub(crate) fn take(parts: &mut Parts) -> Option<Tracks> {
+        fn bools(parts: &mut Parts) -> Option<Vec<bool>> {
+            Some(parts.take::<u8>()?.into_iter().map(|byte| byte != 0).collect())
+        }
+        // In the order of the file.
+        Some(Tracks {
+            first: parts.take()?,
+            length_m: parts.take()?,
+            step_m: parts.take()?,
+            limit_mps: parts.take()?,
+            junction: parts.take()?,
+            zone: parts.take()?,
+            left: parts.take()?,
+            right: parts.take()?,
+            oncoming: parts.take()?,
+            left_change: bools(parts)?,
+            right_change: bools(parts)?,
+            usable_m: parts.take()?,
+            u_turn_lane: parts.take()?,
+            endless: bools(parts)?,
+            next: Links { first: parts.take()?, lanes: parts.take()? },
+            previous: Links { first: parts.take()?, lanes: parts.take()? },
+            point: parts.take()?,
+            tangent: parts.take()?,
+            curvature: parts.take()?,
+            half_width: parts.take()?,
+            curve_speed: parts.take()?,
+            top_curve_speed: parts.take()?,
+        })
     }
 
     /// Returns the number of lanes, with or without a track.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use road::Network;
 
 /// Returns a small generated town: lights, stop signs, one and two lanes each way.
-pub(super) fn town() -> Arc<Network> {
+pub(crate) fn town() -> Arc<Network> {
     let text = mapgen::named("Flatford").expect("a map of the generator");
     Arc::new(Network::parse(&text).expect("generated towns parse"))
 }
