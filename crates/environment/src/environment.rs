@@ -76,15 +76,17 @@ impl EnvironmentMap {
         seed: u64,
     ) -> Result<EnvironmentMap, EnvironmentError> {
         let network = Arc::new(cache.network(name, open_drive)?);
-        let town = cache.ground_around(&network, open_drive, seed);
+        let town = cache.solids_around(&network, open_drive, seed);
         let episode = Episode { map: name.to_owned(), seed, open_drive: open_drive.to_owned() };
+        let blank = Simulation::cached(cache, &network, &town, &episode);
         let source = Source::Cache { cache: cache.clone(), episode };
-        Ok(EnvironmentMap::of(network, &town, seed, source))
+        Ok(EnvironmentMap::of(network, &town, blank, source))
     }
 
     /// Creates the map of a furnished town.
     pub fn new(network: Arc<Network>, town: Arc<Town>, seed: u64) -> EnvironmentMap {
-        EnvironmentMap::of(network, &town, seed, Source::Town(Arc::clone(&town)))
+        let blank = Simulation::new(Arc::clone(&network), &town, seed);
+        EnvironmentMap::of(network, &town, blank, Source::Town(Arc::clone(&town)))
     }
 
     /// Returns the roads and markings in cells of `cell_m`.
@@ -115,7 +117,7 @@ impl EnvironmentMap {
         Ok(Arc::clone(scene.insert(new)))
     }
 
-    fn of(network: Arc<Network>, town: &Town, seed: u64, source: Source) -> EnvironmentMap {
+    fn of(network: Arc<Network>, town: &Town, blank: Simulation, source: Source) -> EnvironmentMap {
         let solids: Vec<UprightBox> = town
             .colliders
             .iter()
@@ -132,7 +134,7 @@ impl EnvironmentMap {
         };
         let cars = town::catalogue().iter().filter(|blueprint| blueprint.base_type == "car");
         EnvironmentMap {
-            blank: Simulation::new(Arc::clone(&network), town, seed),
+            blank,
             solids: BoxGrid::new(&solids),
             places: network.spawn_points().into_iter().map(place).collect(),
             cars: cars.map(|blueprint| Name::new(blueprint.id)).collect(),

@@ -2,12 +2,14 @@
 
 use std::{convert::Infallible, sync::Arc, thread};
 
+use bake::Cache;
 use bytemuck::Zeroable;
 use protocol::{
-    ActorState, Block, Command, JournalEntry, Name, Outcome, Stamp, TrafficHeader, flag, status,
+    ActorState, Block, Command, Episode, JournalEntry, Name, Outcome, Stamp, TrafficHeader, flag,
+    status,
 };
 use road::Network;
-use sim_host::{Decision, Inputs, Outputs, Request, Services, Sim, decision_hash};
+use sim_host::{Decision, Inputs, Outputs, Request, Services, Sim, decision_hash, physics::Ground};
 use town::Town;
 use traffic::Planner;
 
@@ -68,19 +70,38 @@ impl Services for Journal {
 impl Simulation {
     /// Creates a simulation at frame 0.
     pub fn new(network: Arc<Network>, town: &Town, seed: u64) -> Simulation {
-        // Both take about as long.
-        let (sim, planner) = thread::scope(|scope| {
-            let plan = || Planner::new(Arc::clone(&network), seed);
-            let helper = thread::Builder::new().name("planner".to_owned());
-            let planner = helper.spawn_scoped(scope, plan);
-            let sim = Sim::new(town, seed);
-            let planner = planner.ok().and_then(|helper| helper.join().ok());
-            (sim, planner.unwrap_or_else(plan))
-        });
-        Simulation::of(sim, planner)
+        Simulation::of(|| Sim::new(town, seed), || Planner::new(Arc::clone(&network), seed))
     }
 
-    fn of(sim: Sim, planner: Planner) -> Simulation {
+    /// Creates a simulation at frame 0 whose constant parts come from the cache if possible.
+    /// `solids` is the town without its mesh.
+    pub(crate) fn cached(
+        cache: &Cache,
+        network: &Network,
+        solids: &Town,
+        episode: &Episode,
+    ) -> Simulation {
+        let Episode { open_drive, seed, .. } = episode;
+        let sim = || {
+            let mesh = || cache.ground_around(network, open_drive, *seed).mesh;
+            Sim::on(Arc::new(Ground::cached(cache, open_drive, *seed, mesh)), solids, *seed)
+        };
+        Simulation::of(sim, || Planner::cached(cache, network, open_drive, *seed))
+    }
+
+    fn of(sim: impl FnOnce() -> Sim, planner: impl Fn() -> Planner + Sync) -> Simulation {
+        // Both take about as long.
+        let (sim, planner) = thread::scope(|scope| {
+            let helper = thread::Builder::new().name("planner".to_owned());
+            let helper = helper.spawn_scoped(scope, &planner);
+            let sim = sim();
+            let done = helper.ok().and_then(|helper| helper.join().ok());
+            (sim, done.unwrap_or_else(&planner))
+        });
+        Simulation::with(sim, planner)
+    }
+
+    fn with(sim: Sim, planner: Planner) -> Simulation {
         Simulation {
             sim,
             planner,
@@ -96,7 +117,7 @@ impl Simulation {
 
     /// Returns a simulation of the same map at frame 0, with another seed.
     pub fn restarted(&self, seed: u64) -> Simulation {
-        Simulation::of(self.sim.restarted(seed), self.planner.restarted(seed))
+        Simulation::with(self.sim.restarted(seed), self.planner.restarted(seed))
     }
 
     /// Lets kinematic vehicles that are far from others move once a frame

@@ -488,3 +488,22 @@ fn the_camera_shows_the_newest_frame_of_each_episode() {
     let why = refused(Camera { mount, ..camera });
     assert!(why.starts_with("camera.mount has position [1.5, 0.0, 2.0] m and rotation"), "{why}");
 }
+
+#[test]
+fn a_map_from_the_cache_has_the_frames_of_one_that_was_built() {
+    let folder = std::env::temp_dir().join(format!("omnibus-environment-{}", std::process::id()));
+    let (name, text) = mapgen::default_map();
+    let hash = |cache: &Cache| {
+        let map = Arc::new(EnvironmentMap::load(cache, name, &text, 3).unwrap());
+        let mut environment = Environment::new(map, Config::default(), 7).unwrap();
+        for _ in 0..100 {
+            step(&mut environment, IN_LANE);
+        }
+        environment.simulation().sim().state_hash()
+    };
+    let built = hash(&Cache::disabled());
+    let cache = Cache::in_folder(&folder);
+    assert_eq!(hash(&cache), built, "the first load fills the cache");
+    assert_eq!(hash(&cache), built, "from the cache");
+    std::fs::remove_dir_all(&folder).unwrap();
+}
