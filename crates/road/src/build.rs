@@ -12,9 +12,10 @@ use glam::DVec3;
 use crate::{
     MapError,
     contradictions::Contradictions,
-    grid::LaneIndexGrid,
+    grid::{LaneIndexGrid, SLACK_M, Segment},
     index::lane_grid,
     junction::{Connection, Joint, Junction, JunctionGroup},
+    lane::LaneIndex,
     network::Network,
     parallel::threads,
     parse,
@@ -33,6 +34,12 @@ const TOTAL_MAX_M: f64 = 5e6;
 
 /// Wider maps are errors in the file, metres: what is built around the roads grows with the area.
 const SPAN_MAX_M: f64 = 2e5;
+
+/// Higher maps are errors in the file, metres: more than from the sea to the highest mountain.
+const HEIGHT_MAX_M: f64 = 1e4;
+
+/// Wider lanes are errors in the file, metres: a polynomial that grows without bound.
+const WIDTH_MAX_M: f64 = 200.0;
 
 impl Network {
     /// Parses an OpenDRIVE text.
@@ -111,16 +118,47 @@ pub(crate) fn built(text: &str, findings_max: usize, threads: usize) -> Result<N
     network.uses = network.sorted_uses();
     network.grid = lane_grid(&network, threads);
     network.bounds = network.grid.bounds().unwrap_or_default();
+    if let Some((road, reason)) = too_large(&network) {
+        let line = road.map_or(1, |road| line_of(text, records.road_extras[road].offset));
+        return Err(MapError { line, reason });
+    }
+    network.findings = findings.with_lines(text);
+    Ok(network)
+}
+
+/// Says which lane, or which size of the map, no road has. What is built around the roads grows with
+/// them, and a polynomial with a wrong coefficient is kilometres wide or high after a few metres.
+fn too_large(network: &Network) -> Option<(Option<usize>, String)> {
+    // Half of the width, without what is added for bends.
+    let half_m = |segment: &Segment| segment.outside_m - segment.sag_m - SLACK_M as f32;
+    let mut segments = network.grid.segments.iter();
+    if let Some(segment) = segments.find(|segment| half_m(segment) > 0.5 * WIDTH_MAX_M as f32) {
+        let lane = network.lane(LaneIndex(segment.lane));
+        let road = &network.roads()[lane.road as usize];
+        let (id, start_m) = (lane.id, road.sections[lane.section as usize].start_m);
+        let width_m = 2.0 * half_m(segment);
+        let reason = format!(
+            "lane {id} of the section at s {start_m} of road {} becomes {width_m:.0} m wide; at \
+             most {WIDTH_MAX_M:.0} m are allowed; are its <width> coefficients right?",
+            road.id
+        );
+        return Some((Some(lane.road as usize), reason));
+    }
     let (low, high) = network.bounds;
-    let span_m = (high - low).max_element();
+    let (span_m, height_m) = ((high - low).truncate().max_element(), high.z - low.z);
     if span_m > SPAN_MAX_M {
         let reason = format!(
             "the lanes of the map span {span_m:.0} m; at most {SPAN_MAX_M:.0} m are allowed"
         );
-        return Err(MapError { line: 1, reason });
+        return Some((None, reason));
     }
-    network.findings = findings.with_lines(text);
-    Ok(network)
+    (height_m > HEIGHT_MAX_M).then(|| {
+        let reason = format!(
+            "the highest lane of the map is {height_m:.0} m above the lowest one; at most \
+             {HEIGHT_MAX_M:.0} m are allowed; are the <elevation> coefficients right?"
+        );
+        (None, reason)
+    })
 }
 
 fn unique_roads(records: &Records, text: &str) -> Result<HashMap<String, u32>, MapError> {

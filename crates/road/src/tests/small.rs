@@ -156,7 +156,23 @@ fn a_map_that_spans_more_than_any_road_is_refused() {
     let reason = |text: &str| Network::parse(text).map(|_| ()).unwrap_err().reason;
     let error = reason(&far);
     assert!(error.starts_with("the lanes of the map span 5000"), "{error}");
-    let wide = text(JOINED).replace(r#"a="3.5" b="0" c="0" d="0""#, r#"a="3.5" b="0" c="0" d="4""#);
-    let error = reason(&wide);
-    assert!(error.contains("at most 200000 m are allowed"), "{error}");
+}
+
+#[test]
+fn a_lane_that_becomes_wider_or_higher_than_any_is_refused() {
+    let refusal = |text: &str| Network::parse(text).map(|_| ()).unwrap_err();
+    let width = r#"a="3.5" b="0" c="0" d="0""#;
+    for wrong in [r#"a="3.5" b="0" c="0" d="1""#, r#"a="3.5" b="0" c="2" d="0""#] {
+        let error = refusal(&text(JOINED).replacen(width, wrong, 1));
+        assert!(error.reason.contains("m wide; at most 200 m are allowed"), "{error}");
+    }
+    let steep = |d: f64| {
+        let profile = format!(
+            r#"<elevationProfile><elevation s="0" a="0" b="0" c="0" d="{d}"/></elevationProfile><lanes>"#
+        );
+        text(JOINED).replacen("<lanes>", &profile, 1)
+    };
+    let error = refusal(&steep(1.0));
+    assert!(error.reason.contains("at most 10000 m are allowed"), "{error}");
+    assert!(Network::parse(&steep(1e-4)).is_ok(), "a hill");
 }
