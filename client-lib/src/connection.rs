@@ -15,8 +15,8 @@ use bus::{
     fault, process,
 };
 use protocol::{
-    BATCH_MAX, BatchHeader, BlueprintInfo, Frame, Name, Query, QueryHeader, RawCommand, Response,
-    Stamp, VehicleControl,
+    BATCH_MAX, BatchHeader, BlueprintInfo, Command, Frame, Name, Query, QueryHeader, RawCommand,
+    Response, Stamp, VehicleControl,
 };
 use road::Network;
 
@@ -201,11 +201,13 @@ impl Connection {
         let header = self.batch(commands.len(), now);
         let first = header.sequence;
         match inbox {
-            None => self.send_batches(&writer, header, commands, |_| Ok(()))?,
+            None => self.send_batches(&writer, header, commands, |_, _| Ok(()))?,
             Some(inbox) => {
                 inbox.open(first, commands.len());
-                let sent = self.send_batches(&writer, header, commands, |sent| {
-                    if now {
+                let sent = self.send_batches(&writer, header, commands, |sent, last| {
+                    // A bundle has no outcome before the last of its sensors has arrived.
+                    let is_sensor = matches!(last.decode(), Some(Command::Sensor(_)));
+                    if now && !is_sensor {
                         self.await_outcomes(inbox, first, sent)
                     } else {
                         inbox.take_in(self.name)
@@ -240,13 +242,13 @@ impl Connection {
     }
 
     /// Sends commands numbered as in `header`; calls `between` after each batch but the last, with the
-    /// number of commands sent.
+    /// number of commands sent and the last of them.
     fn send_batches(
         &self,
         writer: &Writer<BatchHeader, RawCommand>,
         mut header: BatchHeader,
         mut commands: impl ExactSizeIterator<Item = RawCommand>,
-        mut between: impl FnMut(usize) -> Result<(), ClientError>,
+        mut between: impl FnMut(usize, RawCommand) -> Result<(), ClientError>,
     ) -> Result<(), ClientError> {
         let mut sent = 0;
         while commands.len() > 0 {
@@ -254,12 +256,13 @@ impl Connection {
             let mut loan = writer.loan(count)?;
             let rooms = loan.payload_mut().iter_mut();
             rooms.zip(&mut commands).for_each(|(room, command)| *room = command);
+            let last = loan.payload_mut()[count - 1];
             loan.send(header)?;
             header.sequence += count as u64;
             sent += count;
             if commands.len() > 0 {
                 self.participant.control().host.notify();
-                between(sent)?;
+                between(sent, last)?;
             } else if header.now != 0 {
                 self.participant.control().host.notify();
             }

@@ -264,7 +264,7 @@ impl Host {
     pub(crate) fn drain_inputs(&mut self) -> Result<Vec<Request>, HostError> {
         self.shell.answer_queries(&self.sim)?;
         self.shell.receive_decided()?;
-        let others = self.shell.has_room_for_commands();
+        let others = self.shell.batches_of_frame();
         let ticking = self.shell.control.ticker().map(|slot| self.shell.control.slot(slot).name());
         let Shell { inbox, ports, journal, early, .. } = &mut self.shell;
         *early = journal.len();
@@ -285,9 +285,7 @@ impl Host {
             let (controls, lights, _) = decided.header().parts(decided.payload())?;
             Some(Decision { controls, lights, hash: decided.hash() })
         });
-        self.shell.is_ticking = true;
         let stepped = self.sim.step(&Inputs { decision, requests }, &mut self.shell);
-        self.shell.is_ticking = false;
         self.shell.decided = decided;
         stepped
     }
@@ -315,18 +313,17 @@ impl Host {
     /// measure.
     pub(crate) fn await_arrivals(&mut self, frame: Frame) -> Result<Verdict, HostError> {
         let Host { sim, shell } = self;
-        // What replaces the world waits for the end of the tick.
-        shell.is_ticking = true;
-        let verdict = shell.await_arrivals(frame, |shell| serve_urgent(sim, shell));
-        shell.is_ticking = false;
-        verdict
+        shell.await_arrivals(frame, |shell| serve_urgent(sim, shell))
     }
 }
 
 fn serve_urgent(sim: &mut Sim, shell: &mut Shell) -> Result<(), HostError> {
-    if shell.inbox.drain(&shell.ports, false)? && shell.has_room_for_commands() {
-        let requests = shell.inbox.take_urgent();
-        serve_requests(sim, shell, &requests)?;
+    if shell.inbox.drain(&shell.ports, false)? {
+        let batches = shell.batches_between_frames();
+        if batches > 0 {
+            let requests = shell.inbox.take_urgent(batches);
+            serve_requests(sim, shell, &requests)?;
+        }
     }
     shell.answer_queries(sim)
 }

@@ -2,10 +2,10 @@
 
 use std::collections::VecDeque;
 
-use bus::{BusError, HostPorts};
+use bus::{BusError, HostPorts, SLOTS};
 use protocol::{
-    BatchHeader, Command, Frame, JOURNAL_PART_MAX, JournalEntry, JournalHeader, Name, RawCommand,
-    Stamp, VehicleControl,
+    BATCH_MAX, BatchHeader, Command, Frame, JOURNAL_PART_MAX, JournalEntry, JournalHeader, Name,
+    RawCommand, SENSORS_MAX, Stamp, VehicleControl,
 };
 
 use crate::request::{Pending, Request};
@@ -20,14 +20,12 @@ pub(crate) struct Batch {
 #[derive(Default)]
 pub(crate) struct Inbox {
     batches: Vec<Batch>,
+    /// Batches that end within the sensors of a bundle: the rest of these sensors is on its way.
+    unfinished: Vec<Batch>,
     controls: Vec<(BatchHeader, Vec<VehicleControl>)>,
     /// The newest frame that the writer of each batch of controls had seen, of those taken last.
     control_frames: Vec<Frame>,
 }
-
-/// Batches of commands that one pass applies, over all clients; more take turns, so that a tick never
-/// waits for a flood.
-const PASS_BATCHES: usize = 16;
 
 /// With so many batches waiting, others stay in the channels, and their writers wait.
 const BATCHES_ENOUGH: usize = 4096;
@@ -46,13 +44,38 @@ impl Inbox {
                 break;
             }
             let Some(batch) = ports.command.receive()? else { break };
-            let header = *batch.header();
-            self.batches.push(Batch { header, commands: batch.payload().to_vec() });
+            self.add(Batch { header: *batch.header(), commands: batch.payload().to_vec() });
         }
         while let Some(batch) = ports.control.receive()? {
             self.controls.push((*batch.header(), batch.payload().to_vec()));
         }
         Ok(self.has_urgent())
+    }
+
+    /// Adds what arrived to the batches that wait. A bundle with more sensors than fit into a batch
+    /// becomes one batch, because it is applied as a whole.
+    fn add(&mut self, arrived: Batch) {
+        let is_last = arrived.commands.len() < BATCH_MAX;
+        let of_client = |batch: &Batch| batch.header.client == arrived.header.client;
+        let begun = self.unfinished.iter().position(of_client);
+        let mut batch = arrived;
+        if let Some(mut begun) = begun.map(|index| self.unfinished.remove(index)) {
+            if begun.header.sequence + begun.commands.len() as u64 == batch.header.sequence {
+                begun.commands.append(&mut batch.commands);
+                batch = begun;
+            } else {
+                self.batches.push(begun);
+            }
+        }
+        if is_last || !awaits_sensors(&batch.commands) {
+            self.batches.push(batch);
+            return;
+        }
+        self.unfinished.push(batch);
+        if self.unfinished.len() > SLOTS {
+            // Of clients that are gone.
+            self.batches.append(&mut self.unfinished);
+        }
     }
 
     /// The frames on which the controls were sent that a frame took last.
@@ -71,31 +94,36 @@ impl Inbox {
     }
 
     /// Returns the requests of a frame: commands, then controls, each by (client, sequence). All
-    /// commands of the ticking client belong to it; of other clients, one pass if `others`.
-    pub(crate) fn take(&mut self, ticking: Option<Name>, others: bool) -> Vec<Request> {
+    /// commands of the ticking client belong to it; of other clients, one pass of `others` batches.
+    pub(crate) fn take(&mut self, ticking: Option<Name>, others: usize) -> Vec<Request> {
         let is_full = self.batches.len() > BATCHES_MAX;
         let batches = std::mem::take(&mut self.batches);
         let is_whole = |batch: &Batch| is_full || Some(batch.header.client) == ticking;
         let (mut whole, rest): (Vec<_>, Vec<_>) = batches.into_iter().partition(is_whole);
-        if others {
-            whole.extend(self.one_pass(rest));
-        } else {
-            self.batches = rest;
-        }
+        whole.extend(self.one_pass(rest, others));
         self.requests(whole)
     }
 
-    /// Returns the batches of one pass, and keeps the others: as many of each client, in their order.
-    fn one_pass(&mut self, mut batches: Vec<Batch>) -> Vec<Batch> {
+    /// Returns the batches of one pass, and keeps the others: as many of each client, in their order,
+    /// and at least one of each if `count` is not 0.
+    fn one_pass(&mut self, mut batches: Vec<Batch>, count: usize) -> Vec<Batch> {
+        if count == 0 {
+            self.batches.append(&mut batches);
+            return batches;
+        }
         batches.sort_by_key(|b| (b.header.client, b.header.sequence));
         let clients = batches.chunk_by(|a, b| a.header.client == b.header.client).count();
-        let share = (PASS_BATCHES / clients.max(1)).max(1);
+        let share = (count / clients.max(1)).max(1);
         let mut last = (Name::default(), 0);
-        let (pass, rest): (Vec<_>, Vec<_>) = batches.into_iter().partition(|batch| {
+        let (mut pass, rest): (Vec<_>, Vec<_>) = batches.into_iter().partition(|batch| {
             let client = batch.header.client;
             last = (client, if client == last.0 { last.1 + 1 } else { 1 });
             last.1 <= share
         });
+        // At most one large bundle in a pass: clients have room for its outcomes.
+        if let Some(long) = pass.iter().position(|batch| batch.commands.len() > BATCH_MAX) {
+            self.batches.extend(pass.drain(long + 1..));
+        }
         self.batches.extend(rest);
         pass
     }
@@ -123,8 +151,8 @@ impl Inbox {
     }
 
     /// Returns the requests of one pass that are to be applied between two frames, by client: of each,
-    /// those up to its last batch that asks for it.
-    pub(crate) fn take_urgent(&mut self) -> Vec<Request> {
+    /// those up to its last batch that asks for it. The pass has `count` batches.
+    pub(crate) fn take_urgent(&mut self, count: usize) -> Vec<Request> {
         let mut urgent = Vec::new();
         let mut rest = Vec::new();
         for batch in self.batches.drain(..) {
@@ -137,7 +165,7 @@ impl Inbox {
         let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(precedes_urgent);
         urgent.extend(earlier);
         self.batches = later;
-        let urgent = self.one_pass(urgent);
+        let urgent = self.one_pass(urgent, count);
         let mut requests = Vec::new();
         for batch in urgent {
             push(&mut requests, &batch.header, &batch.commands);
@@ -163,7 +191,8 @@ impl Inbox {
 
     /// Replaces the waiting requests, and returns the replaced ones.
     pub(crate) fn replace(&mut self, pending: &[Pending]) -> Vec<Request> {
-        let batches = std::mem::take(&mut self.batches);
+        let mut batches = std::mem::take(&mut self.batches);
+        batches.append(&mut self.unfinished);
         let dropped = self.requests(batches);
         for command in pending {
             let header = BatchHeader {
@@ -178,6 +207,21 @@ impl Inbox {
         }
         dropped
     }
+}
+
+/// Whether the last bundle of these commands has more sensors than follow it.
+fn awaits_sensors(commands: &[RawCommand]) -> bool {
+    let mut sensors = 0;
+    for command in commands.iter().rev() {
+        match command.decode() {
+            Some(Command::Sensor(_)) => sensors += 1,
+            Some(Command::CreateBundle(bundle)) => {
+                return sensors < (bundle.sensor_count as usize).min(SENSORS_MAX);
+            }
+            _ => return false,
+        }
+    }
+    false
 }
 
 fn push(requests: &mut Vec<Request>, header: &BatchHeader, commands: &[RawCommand]) {
@@ -313,7 +357,7 @@ impl JournalWriter {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use protocol::ActorId;
+    use protocol::{ActorId, CreateBundle, SensorSpec};
 
     /// Batches as `client:sequence`, with `!` behind those to be applied now.
     fn inbox(batches: &[&str]) -> Inbox {
@@ -341,11 +385,11 @@ mod tests {
         batches.push("quiet:7!");
         let mut inbox = inbox(&batches);
         let wanted: Vec<String> = (0..8).map(|n| format!("flood:{n}")).collect();
-        let first = names(&inbox.take_urgent());
+        let first = names(&inbox.take_urgent(16));
         assert_eq!(first, [&wanted[..], &["quiet:7".to_owned()]].concat());
         assert!(inbox.has_urgent());
-        assert_eq!(names(&inbox.take_urgent()).first().unwrap(), "flood:8");
-        assert_eq!(names(&inbox.take_urgent()).len(), 16);
+        assert_eq!(names(&inbox.take_urgent(16)).first().unwrap(), "flood:8");
+        assert_eq!(names(&inbox.take_urgent(16)).len(), 16);
         assert!(!inbox.has_urgent());
     }
 
@@ -356,9 +400,39 @@ mod tests {
         let batches: Vec<&str> = own.iter().chain(&flood).map(String::as_str).collect();
         let mut inbox = inbox(&batches);
         let ticking = Some(Name::new("ticker"));
-        assert_eq!(inbox.take(ticking, false).len(), 40);
-        assert_eq!(names(&inbox.take(ticking, true)), flood_names(0..16));
-        assert_eq!(names(&inbox.take(ticking, true)), flood_names(16..32));
+        assert_eq!(inbox.take(ticking, 0).len(), 40);
+        assert_eq!(names(&inbox.take(ticking, 16)), flood_names(0..16));
+        assert_eq!(names(&inbox.take(ticking, 16)), flood_names(16..32));
+    }
+
+    /// A batch of client `owner` with a bundle of `announced` sensors, if any, and `sensors`.
+    fn part(sequence: u64, announced: Option<u32>, sensors: usize) -> Batch {
+        let bundle = announced.map(|sensor_count| {
+            Command::CreateBundle(CreateBundle { sensor_count, ..CreateBundle::default() })
+        });
+        let sensors = std::iter::repeat_n(Command::Sensor(SensorSpec::default()), sensors);
+        let commands = bundle.into_iter().chain(sensors).map(RawCommand::from).collect();
+        let header =
+            BatchHeader { client: Name::new("owner"), sequence, now: 1, ..BatchHeader::default() };
+        Batch { header, commands }
+    }
+
+    #[test]
+    fn a_bundle_waits_for_all_of_its_sensors() {
+        let mut inbox = Inbox::default();
+        inbox.add(part(0, Some(300), 127));
+        assert!(!inbox.has_urgent());
+        inbox.add(part(128, None, 128));
+        assert!(inbox.take_urgent(1).is_empty());
+        inbox.add(part(256, None, 45));
+        assert_eq!(inbox.take_urgent(1).len(), 301);
+        // One that announces more than it sends is applied, and refused.
+        inbox.add(part(400, Some(300), 20));
+        assert_eq!(inbox.take_urgent(1).len(), 21);
+        // A client of the same name continues nothing of one that is gone.
+        inbox.add(part(500, Some(300), 127));
+        inbox.add(part(0, Some(1), 1));
+        assert_eq!(inbox.take_urgent(2).len(), 130);
     }
 
     fn flood_names(range: std::ops::Range<u64>) -> Vec<String> {

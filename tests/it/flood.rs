@@ -15,7 +15,7 @@ use client_lib::{
 };
 use glam::{Quat, Vec3};
 use mesh::RandomStream;
-use protocol::ActorId;
+use protocol::{ActorId, BATCH_MAX, SENSORS_MAX};
 use rustix::process::Signal;
 
 use crate::kit::{DELTA_NANOS, Sim, is_soak, kill, resident_bytes, run_asynchronously, thread};
@@ -29,6 +29,10 @@ fn alone() -> MutexGuard<'static, ()> {
 
 /// Commands in frames of their own that fill the journal of stages.
 const FULL: u64 = 64;
+
+/// Entries that a frame has beside floods: what it holds before commands wait, and a batch of each of
+/// eight clients during the frame and at its begin.
+const FRAME_ENTRIES: u32 = 512 + 2 * 8 * BATCH_MAX as u32;
 
 const STAGES: [Role; 2] = [Role::Traffic, Role::Render];
 
@@ -131,6 +135,35 @@ fn batches_of_any_length_are_carried_out_and_answered() {
     sim.end();
 }
 
+#[test]
+fn bundles_of_any_number_of_sensors_are_created_beside_a_flood() {
+    let _alone = alone();
+    let sim = Sim::start(&["--device", "null"]);
+    let mut client = sim.ticker();
+    client.tick().unwrap();
+    let is_over = Arc::new(AtomicBool::new(false));
+    let flood = {
+        let (client, is_over) = (sim.client("flood"), Arc::clone(&is_over));
+        thread(move || flood(client, 1, &is_over))
+    };
+    let mut owner = sim.client("owner");
+    for count in [127, 128, 300, 1024, SENSORS_MAX] {
+        let at = Pose::new(Vec3::Z * 30.0, Quat::IDENTITY);
+        let eye = |i| camera(&format!("eye{i}"), at, 2, 2, 1.5, output::DEPTH);
+        let eyes: Vec<_> = (0..count).map(eye).collect();
+        let mut bundle = owner.create_bundle("many", ActorId::NONE, eyes, 2).unwrap();
+        client.tick().unwrap();
+        let measured = bundle.latest().unwrap().expect("a measurement");
+        assert_eq!(measured.header().plane_count as usize, count);
+        drop(measured);
+        owner.destroy_bundle(bundle).unwrap();
+    }
+    is_over.store(true, Ordering::Relaxed);
+    assert!(flood.join().unwrap() > 0);
+    drop((client, owner));
+    sim.end();
+}
+
 /// A client that sends what it can: settings, vehicles that come and go, bundles, commands that are
 /// refused. Returns the number of commands.
 fn flood(mut client: Client, index: u64, is_over: &AtomicBool) -> u64 {
@@ -179,12 +212,13 @@ fn a_world_with_eight_floods_goes_on_and_does_not_grow() {
         })
         .collect();
     let ticks = if is_soak() { 20_000 } else { 200 };
-    let mut early = None;
+    let (mut early, mut entries) = (None, Vec::new());
     let pids = || STAGES.map(|role| sim.pid(role).unwrap());
     let resident = || [sim.host_pid(), pids()[0], pids()[1]].map(resident_bytes);
     for tick in 0..ticks {
         let frame = client.tick().unwrap();
         assert_eq!(client.frame(), frame);
+        entries.push(client.world().header().journal_entries);
         if tick == ticks / 4 {
             early = Some((pids(), resident()));
         }
@@ -192,8 +226,16 @@ fn a_world_with_eight_floods_goes_on_and_does_not_grow() {
     let (early, late) = (early.unwrap(), (pids(), resident()));
     is_over.store(true, Ordering::Relaxed);
     let counts: Vec<u64> = floods.into_iter().map(|flood| flood.join().unwrap()).collect();
-    println!("{counts:?} commands beside {ticks} ticks; resident {:?} -> {:?}", early.1, late.1);
+    entries.sort_unstable();
+    let [median, most] = [entries[entries.len() / 2], entries[entries.len() - 1]];
+    println!(
+        "{counts:?} commands beside {ticks} ticks, {median} a frame (median; at most {most}); resident \
+         {:?} -> {:?}",
+        early.1, late.1
+    );
     assert!(counts.iter().all(|count| *count > 0), "a flood was not served: {counts:?}");
+    // A frame is not delayed by all that others send; between two frames more may be applied.
+    assert!(median <= FRAME_ENTRIES, "a frame has {median} entries of others");
     assert_eq!(early.0, late.0, "a stage was started again");
     for (early, late) in early.1.into_iter().zip(late.1) {
         assert!(late < early + (64 << 20), "memory grows: {early} -> {late}");
