@@ -1,6 +1,6 @@
 //! The source of maps and worlds.
 
-use std::time::Duration;
+use std::{fmt::Display, sync::Arc, time::Duration};
 
 use bake::{Cache, LoadedTown, MapError};
 use crossbeam::channel::{Receiver, RecvTimeoutError, bounded};
@@ -10,7 +10,7 @@ use town::Town;
 use crate::world::World;
 
 /// The source of maps. Only the composition root knows files and names.
-pub trait Maps: Send {
+pub trait Maps: Send + Sync {
     /// Returns the name of a map and its OpenDRIVE text.
     ///
     /// # Errors
@@ -44,6 +44,15 @@ pub(crate) enum Unbuilt {
     Failed(String),
 }
 
+impl From<Unbuilt> for Refusal {
+    fn from(unbuilt: Unbuilt) -> Refusal {
+        match unbuilt {
+            Unbuilt::Stopped => Refusal::other("the simulator ends"),
+            Unbuilt::Failed(why) => Refusal::map(why),
+        }
+    }
+}
+
 impl MapThread {
     /// Begins to build the world of an episode.
     pub(crate) fn start(cache: &Cache, episode: &Episode) -> Result<MapThread, Unbuilt> {
@@ -60,8 +69,7 @@ impl MapThread {
                 }
             }
         };
-        let spawned = std::thread::Builder::new().name("map".into()).spawn(build);
-        spawned.map_err(|e| Unbuilt::Failed(format!("no thread for the map: {e}")))?;
+        spawn(build)?;
         Ok(MapThread { parsed, built })
     }
 
@@ -76,8 +84,14 @@ impl MapThread {
     }
 }
 
+/// Runs what may take long beside the host.
+fn spawn(work: impl FnOnce() + Send + 'static) -> Result<(), Unbuilt> {
+    let spawned = std::thread::Builder::new().name("map".into()).spawn(work);
+    spawned.map(drop).map_err(|e| Unbuilt::Failed(format!("no thread for the map: {e}")))
+}
+
 fn receive<T>(
-    from: &Receiver<Result<T, MapError>>,
+    from: &Receiver<Result<T, impl Display>>,
     is_stopped: impl Fn() -> bool,
 ) -> Result<T, Unbuilt> {
     loop {
@@ -93,6 +107,19 @@ fn receive<T>(
     }
 }
 
+/// Returns the name of a map and its text. A thread reads it, which is left behind if the host stops
+/// meanwhile: its file may lie on a disk that does not answer.
+pub(crate) fn find_map(
+    maps: &Arc<dyn Maps>,
+    name: &str,
+    is_stopped: impl Fn() -> bool,
+) -> Result<(String, String), Refusal> {
+    let (has_found, found) = bounded(1);
+    let (maps, name) = (Arc::clone(maps), name.to_owned());
+    let spawned = spawn(move || drop(has_found.send(maps.find(&name))));
+    Ok(spawned.and_then(|()| receive(&found, is_stopped))?)
+}
+
 /// Builds the world of an episode.
 pub(crate) fn load_world(
     cache: &Cache,
@@ -104,13 +131,40 @@ pub(crate) fn load_world(
         thread.await_valid(&is_stopped)?;
         thread.finish(&is_stopped)
     });
-    built.map_err(|unbuilt| match unbuilt {
-        Unbuilt::Stopped => Refusal::other("the simulator ends"),
-        Unbuilt::Failed(why) => Refusal::map(why),
-    })
+    Ok(built?)
 }
 
 fn build_world(loaded: LoadedTown, seed: u64) -> BuiltWorld {
     let LoadedTown { town, is_new } = loaded;
     (World::new(&town, seed), is_new.then_some(town))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Barrier;
+
+    use super::*;
+
+    /// Its files lie on a disk that does not answer before the test has ended.
+    struct Stuck(Arc<Barrier>);
+
+    impl Maps for Stuck {
+        fn find(&self, name: &str) -> Result<(String, String), String> {
+            self.0.wait();
+            Err(format!("{name} was read"))
+        }
+
+        fn names(&self) -> Vec<String> {
+            Vec::new()
+        }
+    }
+
+    #[test]
+    fn a_host_that_stops_does_not_wait_for_a_map_file() {
+        let barrier = Arc::new(Barrier::new(2));
+        let maps: Arc<dyn Maps> = Arc::new(Stuck(Arc::clone(&barrier)));
+        let refusal = find_map(&maps, "far", || true).unwrap_err();
+        assert!(refusal.reason.contains("the simulator ends"), "{refusal:?}");
+        barrier.wait();
+    }
 }

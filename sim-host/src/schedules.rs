@@ -101,7 +101,7 @@ fn run_host(shared: &Rc<Shared>) {
     let config = HostConfig {
         name: None,
         episode: Episode { map: "plain".into(), open_drive: String::new(), seed: 1 },
-        maps: Box::new(NoMaps),
+        maps: Arc::new(NoMaps),
         settings: plan.settings,
         hidden_layers: 0,
         strategy: plan.strategy,

@@ -51,7 +51,7 @@ pub struct HostConfig {
     /// The first episode.
     pub episode: Episode,
     /// The source of other maps.
-    pub maps: Box<dyn Maps>,
+    pub maps: Arc<dyn Maps>,
     /// Initial settings.
     pub settings: Settings,
     /// Layers of the town that are hidden initially, as bits of [`protocol::layer`].

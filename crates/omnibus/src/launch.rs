@@ -182,7 +182,7 @@ impl WorldArgs {
         let config = HostConfig {
             name: self.name.clone(),
             episode: self.episode()?,
-            maps: Box::new(maps::MapLibrary { folder: self.maps.clone() }),
+            maps: Arc::new(maps::MapLibrary { folder: self.maps.clone() }),
             settings,
             hidden_layers: self.hidden_layers()?,
             strategy,

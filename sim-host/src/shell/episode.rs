@@ -13,7 +13,7 @@ use super::{START_NANOS, Shell, TickTimes};
 use crate::{
     HostError,
     barrier::Verdict,
-    maps::load_world,
+    maps::{find_map, load_world},
     request::Request,
     sim::{Outputs, Sim},
     world::World,
@@ -51,7 +51,7 @@ impl Shell {
         let mut episode = now.clone();
         if !name.is_empty() {
             (episode.map, episode.open_drive) =
-                self.config.maps.find(&name).map_err(Refusal::map)?;
+                find_map(&self.config.maps, &name, || self.is_stopped())?;
         }
         if command.flags & load::SEED != 0 {
             episode.seed = command.seed;
