@@ -47,8 +47,9 @@ impl Stage {
         }
     }
 
-    /// What would change the limit; `is_chain`: the next frame waits for all stages.
-    fn advice(self, is_chain: bool) -> &'static str {
+    /// What would change the limit; `is_chain`: the next frame waits for all stages; `on_gpu`: a GPU
+    /// traces.
+    fn advice(self, is_chain: bool, on_gpu: bool) -> &'static str {
         match self {
             Stage::Commands => "fewer commands for each frame would change it",
             Stage::Physics => {
@@ -56,6 +57,11 @@ impl Stage {
             }
             Stage::Publishing => "fewer actors, or no recording, would change it",
             Stage::Traffic => "fewer vehicles on autopilot would change it",
+            Stage::Rendering if is_chain && on_gpu => {
+                "fewer or smaller sensors, or rendering beside the next frames (--pipeline 1), would \
+                 change it"
+            }
+            Stage::Rendering if on_gpu => "fewer or smaller sensors would change it",
             Stage::Rendering if is_chain => {
                 "fewer or smaller sensors, a GPU (--device gpu:0), or rendering beside the next frames \
                  (--pipeline 1) would change it"
@@ -87,6 +93,8 @@ pub(crate) struct Limit {
     pub(crate) rate_at_double_speed_hz: f64,
     /// Whether each frame waited for every stage.
     is_chain: bool,
+    /// The part of rendering in which the GPU works, 0 to 1, if there is one.
+    gpu_share: Option<f64>,
 }
 
 impl Limit {
@@ -94,16 +102,20 @@ impl Limit {
     pub(crate) fn of(clocks: &[StageClock], settings: &Settings) -> Option<Limit> {
         let is_chain = settings.synchronous != 0 && settings.pipeline == 0;
         let chain = if is_chain { chain(clocks) } else { None };
-        chain.or_else(|| parallel(clocks, settings))
+        let limit = chain.or_else(|| parallel(clocks, settings))?;
+        Some(Limit { gpu_share: gpu_share(clocks), ..limit })
     }
 
     /// One sentence: the stage, and what would change it.
     pub(crate) fn sentence(&self) -> String {
-        let Limit { stage, share, rate_hz, rate_at_double_speed_hz, is_chain } = self;
+        let Limit { stage, share, rate_hz, rate_at_double_speed_hz, is_chain, gpu_share } = self;
         let name = stage.name();
         let name = name[..1].to_uppercase() + &name[1..];
         let percent = share * 100.0;
-        let advice = stage.advice(*is_chain);
+        let mut advice = stage.advice(*is_chain, gpu_share.is_some()).to_owned();
+        if let (Stage::Rendering, Some(gpu)) = (stage, gpu_share) {
+            advice = format!("the GPU works in {:.0} % of it; {advice}", gpu * 100.0);
+        }
         if *stage == Stage::RealTime {
             return format!(
                 "{name} limits the frame rate at {rate_hz:.1} frames/s: the busiest stage works \
@@ -211,6 +223,7 @@ fn chain(clocks: &[StageClock]) -> Option<Limit> {
         rate_hz: count / total,
         rate_at_double_speed_hz: count / sum(&|frame| frame.total(Some(longest))),
         is_chain: true,
+        gpu_share: None,
     })
 }
 
@@ -263,6 +276,7 @@ fn parallel(clocks: &[StageClock], settings: &Settings) -> Option<Limit> {
             rate_hz,
             rate_at_double_speed_hz: at_double_speed,
             is_chain: false,
+            gpu_share: None,
         });
     }
     // Side by side with the other stages: the next one limits the gain.
@@ -278,7 +292,18 @@ fn parallel(clocks: &[StageClock], settings: &Settings) -> Option<Limit> {
         rate_hz,
         rate_at_double_speed_hz: frames * 1e9 / halved.max(1.0),
         is_chain: false,
+        gpu_share: None,
     })
+}
+
+/// The part of rendering in which the GPU works; `None` if it never does.
+fn gpu_share(clocks: &[StageClock]) -> Option<f64> {
+    let spans = clocks.iter().filter_map(|clock| {
+        let gpu = clock.device_copied_nanos?.saturating_sub(clock.device_begun_nanos?);
+        Some((gpu, clock.delivered_nanos?.saturating_sub(clock.trace_begun_nanos?)))
+    });
+    let (gpu, rendering) = spans.fold((0, 0), |sum, span| (sum.0 + span.0, sum.1 + span.1));
+    (rendering > 0).then(|| gpu as f64 / rendering as f64)
 }
 
 #[cfg(test)]
@@ -326,6 +351,23 @@ mod tests {
         assert_eq!(limit.stage, Stage::Traffic);
         // The renderer, 1 ms, closes the frame if traffic takes no longer than that.
         assert!((limit.rate_at_double_speed_hz - 1e3 / 2.6).abs() < 1e-6, "{limit:?}");
+    }
+
+    #[test]
+    fn a_gpu_is_advised_only_where_none_traces() {
+        let mut clocks = run(60);
+        let without = Limit::of(&clocks, &strict()).unwrap().sentence();
+        assert!(without.contains("--device gpu:0"), "{without}");
+        for clock in &mut clocks {
+            // 1.5 of the 6 ms of rendering.
+            let begun = clock.trace_begun_nanos.unwrap();
+            clock.device_begun_nanos = Some(begun + 1_000_000);
+            clock.device_traced_nanos = Some(begun + 2_000_000);
+            clock.device_copied_nanos = Some(begun + 2_500_000);
+        }
+        let with = Limit::of(&clocks, &strict()).unwrap().sentence();
+        assert!(with.contains("the GPU works in 25 % of it"), "{with}");
+        assert!(!with.contains("--device") && with.contains("--pipeline 1"), "{with}");
     }
 
     #[test]
