@@ -4,7 +4,9 @@ SI units and radians; right-handed axes, x forward, y left, z up. CARLA's axes a
 ``omnibus.carla_axes`` only. The manual is docs/python.md.
 """
 
-from . import aio, carla_axes, errors, sensors
+from typing import TYPE_CHECKING
+
+from . import carla_axes, errors, sensors
 from ._omnibus import (
     BUILD,
     VERSION,
@@ -34,6 +36,11 @@ from .errors import (
 from .listener import Listener, listen
 from .pose import Pose
 from .simulator import Simulator, launch
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from . import aio
 
 __version__ = VERSION
 #: Version and build, as ``omnibus --version`` prints them. A simulator of another build is refused.
@@ -76,3 +83,12 @@ __all__ = [
     "listen",
     "sensors",
 ]
+
+
+def __getattr__(name: str) -> "ModuleType":
+    """Imports ``omnibus.aio`` when it is first used: asyncio takes as long to import as NumPy."""
+    if name == "aio":
+        from importlib import import_module
+
+        return import_module(".aio", __name__)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
