@@ -133,6 +133,7 @@ impl Host {
             early: 0,
             tick: TickTimes::default(),
             is_ticking: false,
+            closed_nanos: 0,
             kept: Vec::new(),
             prefers_latency: false,
             deferred: Vec::new(),
@@ -265,7 +266,7 @@ impl Host {
         self.shell.answer_queries(&self.sim)?;
         self.shell.receive_decided()?;
         let others = self.shell.batches_of_frame();
-        let ticking = self.shell.control.ticker().map(|slot| self.shell.control.slot(slot).name());
+        let ticking = self.shell.ticking();
         let Shell { inbox, ports, journal, early, .. } = &mut self.shell;
         *early = journal.len();
         inbox.drain(ports, true)?;
@@ -319,9 +320,9 @@ impl Host {
 
 fn serve_urgent(sim: &mut Sim, shell: &mut Shell) -> Result<(), HostError> {
     if shell.inbox.drain(&shell.ports, false)? {
-        let batches = shell.batches_between_frames();
-        if batches > 0 {
-            let requests = shell.inbox.take_urgent(batches);
+        let (ticking, counts) = (shell.ticking(), shell.batches_between_frames());
+        let requests = shell.inbox.take_urgent(ticking, counts);
+        if !requests.is_empty() {
             serve_requests(sim, shell, &requests)?;
         }
     }

@@ -49,7 +49,7 @@ impl Inbox {
         while let Some(batch) = ports.control.receive()? {
             self.controls.push((*batch.header(), batch.payload().to_vec()));
         }
-        Ok(self.has_urgent())
+        Ok(self.has_urgent(|_| true))
     }
 
     /// Adds what arrived to the batches that wait. A bundle with more sensors than fit into a batch
@@ -88,9 +88,9 @@ impl Inbox {
         self.batches.len()
     }
 
-    /// Whether commands wait that are to be applied now.
-    pub(crate) fn has_urgent(&self) -> bool {
-        self.batches.iter().any(|b| b.header.now != 0)
+    /// Whether commands of such a client wait that are to be applied now.
+    pub(crate) fn has_urgent(&self, is_asked: impl Fn(Name) -> bool) -> bool {
+        self.batches.iter().any(|b| b.header.now != 0 && is_asked(b.header.client))
     }
 
     /// Returns the requests of a frame: commands, then controls, each by (client, sequence). All
@@ -151,8 +151,13 @@ impl Inbox {
     }
 
     /// Returns the requests of one pass that are to be applied between two frames, by client: of each,
-    /// those up to its last batch that asks for it. The pass has `count` batches.
-    pub(crate) fn take_urgent(&mut self, count: usize) -> Vec<Request> {
+    /// those up to its last batch that asks for it. The pass has as many batches of the ticking client
+    /// and of the others as `counts` says.
+    pub(crate) fn take_urgent(
+        &mut self,
+        ticking: Option<Name>,
+        counts: [usize; 2],
+    ) -> Vec<Request> {
         let mut urgent = Vec::new();
         let mut rest = Vec::new();
         for batch in self.batches.drain(..) {
@@ -165,7 +170,11 @@ impl Inbox {
         let (earlier, later): (Vec<_>, Vec<_>) = rest.into_iter().partition(precedes_urgent);
         urgent.extend(earlier);
         self.batches = later;
-        let urgent = self.one_pass(urgent, count);
+        let is_own = |batch: &Batch| Some(batch.header.client) == ticking;
+        let (own, others): (Vec<_>, Vec<_>) = urgent.into_iter().partition(is_own);
+        let mut urgent = self.one_pass(own, counts[0]);
+        urgent.extend(self.one_pass(others, counts[1]));
+        urgent.sort_by_key(|b| (b.header.client, b.header.sequence));
         let mut requests = Vec::new();
         for batch in urgent {
             push(&mut requests, &batch.header, &batch.commands);
@@ -385,12 +394,21 @@ mod tests {
         batches.push("quiet:7!");
         let mut inbox = inbox(&batches);
         let wanted: Vec<String> = (0..8).map(|n| format!("flood:{n}")).collect();
-        let first = names(&inbox.take_urgent(16));
+        let first = names(&inbox.take_urgent(None, [0, 16]));
         assert_eq!(first, [&wanted[..], &["quiet:7".to_owned()]].concat());
-        assert!(inbox.has_urgent());
-        assert_eq!(names(&inbox.take_urgent(16)).first().unwrap(), "flood:8");
-        assert_eq!(names(&inbox.take_urgent(16)).len(), 16);
-        assert!(!inbox.has_urgent());
+        assert!(inbox.has_urgent(|_| true));
+        assert_eq!(names(&inbox.take_urgent(None, [0, 16])).first().unwrap(), "flood:8");
+        assert_eq!(names(&inbox.take_urgent(None, [0, 16])).len(), 16);
+        assert!(!inbox.has_urgent(|_| true));
+    }
+
+    #[test]
+    fn the_ticking_client_s_commands_do_not_wait_behind_those_of_others() {
+        let mut inbox = inbox(&["flood:0!", "flood:1!", "ticker:0!", "ticker:1!"]);
+        let ticking = Some(Name::new("ticker"));
+        assert_eq!(names(&inbox.take_urgent(ticking, [16, 0])), ["ticker:0", "ticker:1"]);
+        assert!(!inbox.has_urgent(|client| Some(client) == ticking));
+        assert_eq!(names(&inbox.take_urgent(ticking, [16, 1])), ["flood:0"]);
     }
 
     #[test]
@@ -421,18 +439,18 @@ mod tests {
     fn a_bundle_waits_for_all_of_its_sensors() {
         let mut inbox = Inbox::default();
         inbox.add(part(0, Some(300), 127));
-        assert!(!inbox.has_urgent());
+        assert!(!inbox.has_urgent(|_| true));
         inbox.add(part(128, None, 128));
-        assert!(inbox.take_urgent(1).is_empty());
+        assert!(inbox.take_urgent(None, [0, 1]).is_empty());
         inbox.add(part(256, None, 45));
-        assert_eq!(inbox.take_urgent(1).len(), 301);
+        assert_eq!(inbox.take_urgent(None, [0, 1]).len(), 301);
         // One that announces more than it sends is applied, and refused.
         inbox.add(part(400, Some(300), 20));
-        assert_eq!(inbox.take_urgent(1).len(), 21);
+        assert_eq!(inbox.take_urgent(None, [0, 1]).len(), 21);
         // A client of the same name continues nothing of one that is gone.
         inbox.add(part(500, Some(300), 127));
         inbox.add(part(0, Some(1), 1));
-        assert_eq!(inbox.take_urgent(2).len(), 130);
+        assert_eq!(inbox.take_urgent(None, [0, 2]).len(), 130);
     }
 
     fn flood_names(range: std::ops::Range<u64>) -> Vec<String> {

@@ -114,6 +114,8 @@ pub(crate) struct Shell {
     pub tick: TickTimes,
     /// Whether a tick is in progress; commands that belong between two frames are then deferred.
     pub is_ticking: bool,
+    /// When the last frame was complete.
+    pub closed_nanos: u64,
     /// Dead renderers whose ports are still on the bus, for clients that have not read them.
     pub kept: Vec<u32>,
     /// Whether this thread runs as soon as it is woken: while there are sensors to be measured.
@@ -245,6 +247,11 @@ impl Shell {
         ticker.is_some_and(|slot| self.control.slot(slot).request() > self.barrier.frame())
     }
 
+    /// The name of the client that requests frames.
+    pub(crate) fn ticking(&self) -> Option<Name> {
+        self.control.ticker().map(|slot| self.control.slot(slot).name())
+    }
+
     /// Receives the decisions of traffic and keeps the newest.
     pub(crate) fn receive_decided(&mut self) -> Result<(), HostError> {
         while let Some(sample) = self.ports.traffic.receive()? {
@@ -374,8 +381,9 @@ impl Shell {
     }
 
     /// Completes a frame.
-    pub(crate) fn close(&self, frame: Frame, verdict: &Verdict) {
-        self.control.mark_host(HostInstant::Closed, frame, clock::now_nanos());
+    pub(crate) fn close(&mut self, frame: Frame, verdict: &Verdict) {
+        self.closed_nanos = clock::now_nanos();
+        self.control.mark_host(HostInstant::Closed, frame, self.closed_nanos);
         self.control.close(frame, ending(verdict));
     }
 

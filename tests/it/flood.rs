@@ -30,9 +30,9 @@ fn alone() -> MutexGuard<'static, ()> {
 /// Commands in frames of their own that fill the journal of stages.
 const FULL: u64 = 64;
 
-/// Entries that a frame has beside floods: what it holds before commands wait, and a batch of each of
-/// eight clients during the frame and at its begin.
-const FRAME_ENTRIES: u32 = 512 + 2 * 8 * BATCH_MAX as u32;
+/// The most entries of a frame beside floods of eight clients: what it holds before commands wait, and
+/// twice a batch of each client, which may be begun with room for one, and belong to the frame.
+const FRAME_ENTRIES: u32 = 2048 + 2 * 8 * BATCH_MAX as u32;
 
 const STAGES: [Role; 2] = [Role::Traffic, Role::Render];
 
@@ -227,15 +227,16 @@ fn a_world_with_eight_floods_goes_on_and_does_not_grow() {
     is_over.store(true, Ordering::Relaxed);
     let counts: Vec<u64> = floods.into_iter().map(|flood| flood.join().unwrap()).collect();
     entries.sort_unstable();
-    let [median, most] = [entries[entries.len() / 2], entries[entries.len() - 1]];
+    let median = entries[entries.len() / 2];
     println!(
-        "{counts:?} commands beside {ticks} ticks, {median} a frame (median; at most {most}); resident \
+        "{counts:?} commands beside {ticks} ticks, {median} a frame (median); resident \
          {:?} -> {:?}",
         early.1, late.1
     );
     assert!(counts.iter().all(|count| *count > 0), "a flood was not served: {counts:?}");
-    // A frame is not delayed by all that others send; between two frames more may be applied.
-    assert!(median <= FRAME_ENTRIES, "a frame has {median} entries of others");
+    // Those after which the client was not scheduled for a tenth of a second may have more.
+    let many = entries.iter().filter(|count| **count > FRAME_ENTRIES).count();
+    assert!(many <= ticks / 20, "{many} of {ticks} frames have up to {:?} entries", entries.last());
     assert_eq!(early.0, late.0, "a stage was started again");
     for (early, late) in early.1.into_iter().zip(late.1) {
         assert!(late < early + (64 << 20), "memory grows: {early} -> {late}");

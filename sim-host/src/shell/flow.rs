@@ -10,8 +10,13 @@ use super::{IDLE_NANOS, Shell};
 const TICK_ENTRIES: usize = 512;
 /// The same of a frame that comes by itself.
 const ASYNCHRONOUS_ENTRIES: usize = 8192;
-/// The same of a frame that a client has to request, which may take any time.
+/// The same between two frames, for [`PAUSE_NANOS`] after the first: a client that goes on requesting
+/// frames does not wait for what others send meanwhile.
+const BETWEEN_ENTRIES: usize = 2048;
+/// The same of a world that stands still for longer, for any time perhaps.
 const IDLE_ENTRIES: usize = 1 << 18;
+/// Time after a frame from which on its world stands still.
+const PAUSE_NANOS: u64 = 100_000_000;
 /// Batches of commands that one pass applies, over all clients, of which each has at least one.
 const PASS_BATCHES: usize = 16;
 /// Parts of the journal that stages have not been sent, from which on commands wait.
@@ -29,17 +34,24 @@ impl Shell {
         if self.is_flooded() { 0 } else { self.batches_in_room().max(1) }
     }
 
-    /// Returns the most batches that may be applied now, before the coming frame.
-    pub(crate) fn batches_between_frames(&mut self) -> usize {
-        if self.is_flooded() { 0 } else { self.batches_in_room() }
+    /// Returns the most batches that may be applied now, before the coming frame: of the client that
+    /// requests frames, and of others. Between two frames it waits for its own commands itself.
+    pub(crate) fn batches_between_frames(&mut self) -> [usize; 2] {
+        if self.is_flooded() {
+            return [0; 2];
+        }
+        let others = self.batches_in_room();
+        [if self.is_ticking { others } else { PASS_BATCHES }, others]
     }
 
     /// Returns the batches of one pass for which the journal of the coming frame has room.
     fn batches_in_room(&self) -> usize {
+        let stands_still = || clock::now_nanos() > self.closed_nanos.saturating_add(PAUSE_NANOS);
         let entries_max = match (self.settings.synchronous != 0, self.is_ticking) {
             (false, _) => ASYNCHRONOUS_ENTRIES,
             (true, true) => TICK_ENTRIES,
-            (true, false) => IDLE_ENTRIES,
+            (true, false) if stands_still() => IDLE_ENTRIES,
+            (true, false) => BETWEEN_ENTRIES,
         };
         entries_max.saturating_sub(self.journal.len()).div_ceil(BATCH_MAX).min(PASS_BATCHES)
     }
@@ -75,9 +87,14 @@ impl Shell {
     /// Returns how long the host may sleep while nothing arrives: not at all while commands wait that
     /// can be applied.
     pub(crate) fn pause_nanos(&mut self) -> u64 {
-        if !self.inbox.has_urgent() {
+        let ticking = self.ticking();
+        let [own, others] = self.batches_between_frames();
+        let is_own = |client| Some(client) == ticking;
+        if !self.inbox.has_urgent(|_| true) {
             IDLE_NANOS
-        } else if self.batches_between_frames() > 0 {
+        } else if own > 0 && self.inbox.has_urgent(is_own)
+            || others > 0 && self.inbox.has_urgent(|client| !is_own(client))
+        {
             0
         } else {
             CHECK_NANOS
