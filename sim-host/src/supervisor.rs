@@ -169,7 +169,11 @@ impl Supervisor {
             }
         };
         let status = self.processes.status(slot);
-        let words = self.instance.take_exit_message(slot);
+        // The file of a message is there without its text where memory ended.
+        let words = self.instance.take_exit_message(slot).map(|words| match &*words {
+            "" => "its message could not be written; is /dev/shm full?".to_owned(),
+            _ => words,
+        });
         let has_message = words.is_some();
         let why = words.or(status).unwrap_or_else(|| "its thread ended".to_owned());
         Some((slot, Death { why, has_message }))
