@@ -170,10 +170,8 @@ impl Host {
     ///
     /// A stage died and is not restarted, or the bus fails.
     pub fn run(mut self) -> Result<Frame, HostError> {
-        let ended = self.serve();
-        let frame = self.frame();
-        self.shell.supervisor.shut_down();
-        ended.map(|()| frame)
+        self.serve()?;
+        Ok(self.frame())
     }
 
     /// Runs ticks until the host is stopped.

@@ -19,7 +19,8 @@ pub(crate) struct SystemProcesses {
     reports: Reports,
     stages: BTreeMap<usize, Stage>,
     watch: Arc<epoll_watch::Watch>,
-    cleaner: Sender<Vec<u32>>,
+    /// `None` after the end.
+    cleaner: Option<Sender<Vec<u32>>>,
     cleaned: Receiver<(u64, u64)>,
 }
 
@@ -49,7 +50,7 @@ impl SystemProcesses {
             reports,
             stages: BTreeMap::new(),
             watch,
-            cleaner,
+            cleaner: Some(cleaner),
             cleaned,
         })
     }
@@ -111,7 +112,7 @@ impl Processes for SystemProcesses {
     }
 
     fn clean_up(&self, spared: Vec<u32>) -> u64 {
-        if self.cleaner.try_send(spared).is_err() {
+        if self.cleaner.as_ref().is_none_or(|jobs| jobs.try_send(spared).is_err()) {
             return 1;
         }
         self.cleaned.recv_timeout(CLEANING_MAX).map_or(1, |(_, stuck)| stuck)
@@ -137,6 +138,9 @@ impl Processes for SystemProcesses {
             }
         }
         self.watch.stop();
+        // The cleaner makes files of its own: the instance is removed after them.
+        self.cleaner = None;
+        while self.cleaned.recv_timeout(CLEANING_MAX).is_ok() {}
     }
 }
 

@@ -94,8 +94,9 @@ pub(crate) struct Shell {
     pub barrier: Barrier,
     /// The settings on the control page.
     pub settings: Settings,
-    pub ports: HostPorts,
+    /// Before the ports: the stages end while their channels are there.
     pub supervisor: Supervisor,
+    pub ports: HostPorts,
     pub inbox: Inbox,
     pub journal: JournalWriter,
     pub keyframes: Keyframes,

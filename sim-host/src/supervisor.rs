@@ -89,7 +89,7 @@ impl Reports {
     }
 }
 
-/// Watches every process on the bus.
+/// Watches every process on the bus. Dropping it ends all stages and waits for them.
 pub(crate) struct Supervisor {
     instance: Instance,
     control: ControlPageMapping,
@@ -184,9 +184,11 @@ impl Supervisor {
     pub(crate) fn clean_up(&self, spared: Vec<u32>) -> u64 {
         self.processes.clean_up(spared)
     }
+}
 
-    /// Ends all stages and waits for them; kills those that do not end.
-    pub(crate) fn shut_down(&mut self) {
+/// Ends all stages and waits for them, also of a host that does not start.
+impl Drop for Supervisor {
+    fn drop(&mut self) {
         self.control.end();
         self.processes.shut_down();
     }
@@ -194,10 +196,15 @@ impl Supervisor {
 
 #[cfg(test)]
 mod tests {
+    use std::{cell::Cell, rc::Rc};
+
     use super::*;
 
-    /// Processes that do nothing.
-    struct Idle;
+    /// Processes that do nothing but note their end.
+    #[derive(Clone, Default)]
+    struct Idle {
+        has_ended: Rc<Cell<bool>>,
+    }
 
     impl Processes for Idle {
         fn start(&mut self, _: Role, _: Occupant, _: u64) -> io::Result<()> {
@@ -226,7 +233,9 @@ mod tests {
             0
         }
 
-        fn shut_down(&mut self) {}
+        fn shut_down(&mut self) {
+            self.has_ended.set(true);
+        }
     }
 
     #[test]
@@ -236,7 +245,7 @@ mod tests {
         let mut supervisor =
             Supervisor::new(instance.instance(), &instance.control().unwrap(), |reports| {
                 sender = Some(reports);
-                Ok(Box::new(Idle))
+                Ok(Box::<Idle>::default())
             })
             .unwrap();
         let reports = sender.unwrap();
@@ -247,5 +256,16 @@ mod tests {
         assert!(supervisor.next_death().is_none());
         reports.report(Occupant { slot: 5, number: 2 });
         assert_eq!(supervisor.next_death().map(|(slot, _)| slot), Some(5));
+    }
+
+    #[test]
+    fn the_stages_of_a_host_that_does_not_start_are_ended() {
+        let owned_instance = Instance::create(None).unwrap();
+        let control = owned_instance.control().unwrap();
+        control.initialise(0, 1, bus::Strategy::BATCH);
+        let idle = Idle::default();
+        let processes = |_| -> io::Result<Box<dyn Processes>> { Ok(Box::new(idle.clone())) };
+        drop(Supervisor::new(owned_instance.instance(), &control, processes).unwrap());
+        assert!(control.is_ending() && idle.has_ended.get());
     }
 }

@@ -84,7 +84,8 @@ const AT_RANDOM: &str = r#"
         echo "run: $?, lines of errors: $(grep -c '^omnibus:' said), panics: $(grep -c panicked said)"
         [ "$(grep -c '^omnibus:' said)" = 0 ] || grep '^omnibus:' said
         if [ -s disk/a.mcap ]; then
-            "$ROLE" inspect disk/a.mcap >inspected 2>&1 || grep . inspected | head -1
+            "$ROLE" inspect disk/a.mcap >inspected 2>&1 || echo "inspect: $(grep . inspected | head -1)"
+            grep panicked inspected
         fi
         rm -f disk/a.mcap
     done
@@ -106,11 +107,14 @@ fn memory_and_disk_that_fill_up_at_random_end_a_run_by_name_or_not_at_all() {
         return;
     };
     println!("{said}");
-    let went_well =
-        said.lines().filter(|line| *line == "run: 0, lines of errors: 0, panics: 0").count();
+    let count = |outcome: &str| said.lines().filter(|line| *line == outcome).count();
+    let went_well = count("run: 0, lines of errors: 0, panics: 0");
+    // A stage that lacks a page names the cause itself; where its successor does not start, the host
+    // names a second one.
     let refused =
-        said.lines().filter(|line| *line == "run: 1, lines of errors: 1, panics: 0").count();
-    assert_eq!(went_well + refused, runs, "{said}");
+        ["1", "2"].map(|lines| count(&format!("run: 1, lines of errors: {lines}, panics: 0")));
+    assert_eq!(went_well + refused.iter().sum::<usize>(), runs, "{said}");
+    assert!(!said.contains("panicked"), "{said}");
     let errors = said.lines().filter(|line| line.starts_with("omnibus: "));
     for error in errors {
         let is_named =

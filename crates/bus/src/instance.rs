@@ -1,7 +1,7 @@
 //! Instances: each running host has a name and a folder, and shares nothing with another.
 
 use std::{
-    fs::{self, DirBuilder, File, OpenOptions, Permissions},
+    fs::{self, DirBuilder, File, Metadata, OpenOptions, Permissions},
     io::Write,
     os::unix::fs::{DirBuilderExt, MetadataExt, PermissionsExt},
     path::{Path, PathBuf},
@@ -46,6 +46,11 @@ pub struct Instance {
 pub struct OwnedInstance {
     instance: Instance,
     _lock: File,
+}
+
+/// Whether a folder changed a short time ago.
+fn is_young(folder: &Metadata) -> bool {
+    folder.modified().is_ok_and(|time| time.elapsed().map_or(true, |age| age < STARTING))
 }
 
 fn error(what: impl Into<String>) -> BusError {
@@ -136,7 +141,7 @@ impl Instance {
     fn lock_of_dead_host(&self) -> Option<File> {
         let path = self.root().join("lock");
         let is_new = !path.exists();
-        if is_new && self.is_young() {
+        if is_new && fs::metadata(self.root()).map_or(true, |folder| is_young(&folder)) {
             return None;
         }
         let open = OpenOptions::new().read(true).write(true).create(is_new).open(&path);
@@ -145,12 +150,6 @@ impl Instance {
         // Another process may have removed the file, and a new host created its own.
         let (own, current) = (file.metadata().ok()?, fs::metadata(&path).ok()?);
         (own.ino() == current.ino()).then_some(file)
-    }
-
-    /// Whether the folder changed a short time ago.
-    fn is_young(&self) -> bool {
-        let changed = fs::metadata(self.root()).and_then(|folder| folder.modified());
-        changed.is_ok_and(|time| time.elapsed().map_or(true, |age| age < STARTING))
     }
 
     /// Whether the process that the control page names as the host is alive.
@@ -165,10 +164,13 @@ impl Instance {
     pub fn sweep() -> Vec<String> {
         let mut swept = Vec::new();
         for instance in Instance::all() {
+            // Before the lock, whose file may be created and changes the folder.
+            let Ok(folder) = fs::metadata(instance.root()) else { continue };
             // Held until everything is removed: a new host of this name waits for it.
             let Some(_lock) = instance.lock_of_dead_host() else { continue };
+            let is_same = fs::metadata(instance.root()).is_ok_and(|now| now.ino() == folder.ino());
             // A host creates the control page under the lock. Until then its folder is only young.
-            if instance.control().is_ok() || !instance.is_young() {
+            if instance.control().is_ok() || is_same && !is_young(&folder) {
                 instance.remove();
                 swept.push(instance.id);
             }
@@ -423,6 +425,17 @@ mod tests {
         assert_eq!(instance.sweep_stuck_nodes(&[pid]), 0);
         assert_eq!(instance.sweep_stuck_nodes(&[]), 1);
         assert!(node(own).exists() && !node(ended).exists());
+    }
+
+    #[test]
+    fn an_old_folder_without_a_host_is_removed_at_once_and_a_young_one_stays() {
+        let instance = Instance::named(&format!("o{}", std::process::id())).unwrap();
+        fs::create_dir(instance.root()).unwrap();
+        assert!(!Instance::sweep().contains(&instance.id));
+        let old = std::time::SystemTime::now() - 2 * STARTING;
+        File::open(instance.root()).unwrap().set_modified(old).unwrap();
+        assert!(Instance::sweep().contains(&instance.id));
+        assert!(!instance.root().exists());
     }
 
     #[test]
