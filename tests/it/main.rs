@@ -41,6 +41,7 @@ mod modes;
 mod oracles;
 mod parity;
 mod physics_sensors;
+mod plan;
 mod profile;
 mod python_package;
 mod record;

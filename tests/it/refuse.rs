@@ -275,7 +275,7 @@ fn a_data_set_is_never_overwritten_and_a_folder_that_cannot_be_written_is_named(
     let file = scratch.path().join("file");
     fs::write(&file, "").unwrap();
     names(&refusal(&with(&small, &["--frames", "4", "--out", file.to_str().unwrap()])), &["file"]);
-    names(&refusal(&with(&small, &["--frames", "0", "--out", out])), &["--frames"]);
+    names(&refusal(&with(&small, &["--frames", "0", "--out", out])), &["frames is 0"]);
     // An invalid map leaves no folder behind.
     let fresh = scratch.path().join("fresh");
     refusal(&["collect", "--map", "/no/such.xodr", "--out", fresh.to_str().unwrap()]);

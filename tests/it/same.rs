@@ -169,7 +169,7 @@ fn as_processes(args: &[&str], variables: &[(&str, &str)], look: Look) -> Run {
 fn as_one_process(look: Look) -> Run {
     let mut args = WorldArgs::of_map(small_map());
     args.single_process = true;
-    args.seed = 3;
+    args.seed = Some(3);
     args.device = "cpu".to_owned();
     args.name = Some(format!("one-{}", std::process::id() % 100_000));
     let host =

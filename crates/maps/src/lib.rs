@@ -19,7 +19,10 @@ const MAP_MAX: u64 = 1 << 30;
 #[derive(Debug, thiserror::Error)]
 pub enum FindError {
     /// No map has this name.
-    #[error("no map is named {name:?}, and there is no such file; the named maps are {known}")]
+    #[error(
+        "no map is named {name:?}, and there is no such file; the named maps are {known}, and towns \
+         by character and seed, such as old-town-7"
+    )]
     Unknown {
         /// The name.
         name: String,
@@ -71,7 +74,8 @@ fn without_extension(name: &str) -> &str {
 }
 
 /// Returns the OpenDRIVE text of a map. In this order: a generated town, a file in the folder of
-/// maps, the file at this path, a generated town in place of one of CARLA's. The folder is `folder`,
+/// maps, the file at this path, a town generated from a character and a seed (`old-town-7`), a generated
+/// town in place of one of CARLA's. The folder is `folder`,
 /// else that of [`MAPS_VARIABLE`].
 ///
 /// # Errors
@@ -98,6 +102,9 @@ pub fn find(name: &str, folder: Option<&Path>, is_path: bool) -> Result<String, 
         if let Some(file) = file_of(&files(folder)?, name) {
             return read(file).map_err(|why| why.of(file));
         }
+        if !is_file && let Some(text) = of_seed(name) {
+            return Ok(text);
+        }
         if !is_file && let Some(text) = mapgen::named(name) {
             static LOGGED: Once = Once::new();
             LOGGED.call_once(|| {
@@ -122,6 +129,18 @@ pub fn find(name: &str, folder: Option<&Path>, is_path: bool) -> Result<String, 
         ReadError::Io(e) if is_plain && e.kind() == io::ErrorKind::NotFound => unknown(),
         _ => why.of(file),
     })
+}
+
+/// Returns the generated town of a name such as `old-town-7`: a character and a seed, in the default
+/// size; the text that `omnibus map generate --character old-town --seed 7` writes.
+fn of_seed(name: &str) -> Option<String> {
+    let (character, seed) = name.rsplit_once('-')?;
+    let character = mapgen::Character::by_name(character)?;
+    // One town has one name: no sign and no leading zero.
+    let seed: u64 = seed.parse().ok().filter(|number: &u64| number.to_string() == seed)?;
+    let (size_m, relief_m) = character.default_size_and_relief_m();
+    let plan = mapgen::Plan { name: name.to_owned(), seed, size_m, character, relief_m };
+    Some(mapgen::generate(&plan))
 }
 
 enum ReadError {

@@ -55,3 +55,17 @@ fn a_missing_map_file_or_folder_is_named() {
     fs::remove_dir_all(&folder).unwrap();
     assert!(error_of("Town04").contains("folder of maps"), "{}", error_of("Town04"));
 }
+
+#[test]
+fn a_character_and_a_seed_are_the_name_of_a_town() {
+    let folder = folder("seeded", &["suburb-3.xodr"]);
+    let text = |name: &str| crate::text(name, Some(&folder));
+    let town = text("old-town-7").unwrap();
+    assert!(town.contains("old-town-7") && town != text("old-town-8").unwrap());
+    assert_eq!(text("suburb-3").unwrap(), "suburb-3.xodr", "a file of the user comes first");
+    for wrong in ["old-town-07", "old-town--7", "old-town-", "hamlet-7"] {
+        let error = text(wrong).unwrap_err().to_string();
+        assert!(error.contains("such as old-town-7"), "{error}");
+    }
+    fs::remove_dir_all(&folder).unwrap();
+}

@@ -3,6 +3,7 @@
 
 use std::{
     any::Any,
+    ffi::OsString,
     io,
     os::unix::process::CommandExt,
     panic::catch_unwind,
@@ -14,6 +15,7 @@ use std::{
 
 use anyhow::{Context, anyhow};
 use bus::{Instance, Role, Strategy};
+use clap::ValueEnum;
 use protocol::{Episode, Settings};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
 use sensor_render::{MeshList, RenderConfig};
@@ -33,9 +35,9 @@ pub struct WorldArgs {
     /// A folder of OpenDRIVE files that maps are found in by name; default: OMNIBUS_MAPS
     #[arg(long, value_name = "DIR")]
     pub maps: Option<PathBuf>,
-    /// The seed of scenery and traffic
-    #[arg(long, default_value_t = 1)]
-    pub seed: u64,
+    /// The seed of scenery and traffic; default: 1, or that of the plan
+    #[arg(long)]
+    pub seed: Option<u64>,
     /// The name of the instance, to run several
     #[arg(long)]
     pub name: Option<String>,
@@ -97,7 +99,7 @@ impl WorldArgs {
         WorldArgs {
             map: Some(map.to_owned()),
             maps: None,
-            seed: 1,
+            seed: None,
             name: None,
             device: "auto".to_owned(),
             threads: 0,
@@ -109,6 +111,38 @@ impl WorldArgs {
             single_process: false,
             hide: Vec::new(),
         }
+    }
+
+    /// Returns the seed of scenery and traffic.
+    pub fn seed(&self) -> u64 {
+        self.seed.unwrap_or(1)
+    }
+
+    /// Returns the command line of these arguments, without map and seed.
+    pub(crate) fn command_line(&self) -> Vec<OsString> {
+        let on_stall = self.on_stall.to_possible_value().expect("no value is hidden");
+        let values = [
+            ("--device", Some(self.device.clone())),
+            ("--threads", Some(self.threads.to_string())),
+            ("--wait", Some(self.wait.clone())),
+            ("--deadline-secs", Some(self.deadline_secs.to_string())),
+            ("--on-stall", Some(on_stall.get_name().to_owned())),
+            ("--name", self.name.clone()),
+            ("--hide", (!self.hide.is_empty()).then(|| self.hide.join(","))),
+        ];
+        let mut line = Vec::new();
+        for (option, value) in values {
+            line.extend(value.into_iter().flat_map(|value| [option.into(), value.into()]));
+        }
+        for (option, path) in [("--maps", &self.maps), ("--meshes", &self.meshes)] {
+            line.extend(path.iter().flat_map(|path| [option.into(), path.into()]));
+        }
+        for (option, is_set) in
+            [("--no-restart", self.no_restart), ("--single-process", self.single_process)]
+        {
+            line.extend(is_set.then(|| option.into()));
+        }
+        line
     }
 
     /// Returns an error if an option is given that only a running simulator uses.
@@ -146,7 +180,7 @@ impl WorldArgs {
             }
             Some(name) => (name.clone(), ::maps::text(name, self.maps.as_deref())?),
         };
-        Ok(Episode { map, seed: self.seed, open_drive })
+        Ok(Episode { map, seed: self.seed(), open_drive })
     }
 
     /// Returns the layers of `--hide` as bits.

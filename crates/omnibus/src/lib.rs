@@ -26,6 +26,7 @@ mod resimulate;
 mod ros2;
 mod run;
 mod saved;
+mod sensors_file;
 mod stage;
 mod top;
 

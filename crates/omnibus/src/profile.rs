@@ -7,7 +7,6 @@ pub(crate) mod limit;
 mod live;
 pub(crate) mod report;
 pub(crate) mod sampler;
-pub(crate) mod sensors_file;
 pub(crate) mod spans;
 mod trace;
 

@@ -73,7 +73,7 @@ pub(crate) fn record(args: &RecordArgs) -> anyhow::Result<()> {
     ensure!(args.frames > 0, "--frames is 0, must be at least 1");
     let delta_nanos = nanos(args.fixed_delta)?;
     let files = Files::of(args)?;
-    let places = places(&args.world.network()?, args.world.seed);
+    let places = places(&args.world.network()?, args.world.seed());
     let stop = stop_on_signals()?;
     let settings = Settings { no_rendering: 1, synchronous: 1, delta_nanos, ..Settings::default() };
     let beside = BackgroundHost::start(&args.world, settings)?;

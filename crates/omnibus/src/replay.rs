@@ -165,7 +165,7 @@ fn simulator(
     map: &TemporaryFile,
 ) -> anyhow::Result<BackgroundHost> {
     let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
-    world.seed = recording.info().episode.seed;
+    world.seed = Some(recording.info().episode.seed);
     world.name.clone_from(&args.name);
     world.device.clone_from(&args.device);
     let settings = Settings {

@@ -7,7 +7,7 @@ use client_lib::Client;
 use protocol::{ActorId, output};
 use ros2::{Node, NodeOptions, Vehicle};
 
-use crate::{collect::default_sensors, profile::sensors_file::sensors_of, run::stop_on_signals};
+use crate::{collect::default_sensors, run::stop_on_signals, sensors_file::sensors_of};
 
 /// Arguments of `omnibus ros2`.
 #[derive(Clone, Debug, clap::Args)]

@@ -112,25 +112,51 @@ pub(crate) struct CollectArgs {
     #[command(flatten)]
     world: WorldArgs,
     #[command(flatten)]
-    job: dataset::Args,
+    options: dataset::Options,
 }
 
-/// Collects a data set in a simulator of its own.
+/// Collects a data set in a simulator of its own, or the scenes of a plan each in one of its own.
 pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
-    // Errors in the map are reported before a folder is created.
-    args.world.network()?;
-    let job = dataset::Job::prepare(&args.job)?;
+    let CollectArgs { world, options } = args;
+    if let Some(name) = &options.init {
+        // The text ends with a line feed of its own.
+        print_line!("{}", dataset::template(name)?.trim_end());
+        return Ok(());
+    }
+    let plan = options.resolve(world.map.as_deref(), world.seed)?;
     let stop = stop_on_signals()?;
+    if let Some(parent) = options.parent {
+        end_with(parent)?;
+    }
+    if options.has_scene_folders() {
+        let collected = dataset::collect_scenes(options, &plan, &world.command_line(), &stop)?;
+        if !options.json {
+            print_line!("{collected}");
+        }
+        return Ok(());
+    }
+    let map = plan.scene(options.scene.unwrap_or(0))?.map;
+    let world = WorldArgs { map, seed: Some(plan.seed), ..world.clone() };
+    // Errors in the map are reported before a folder is created.
+    world.network()?;
+    let job = dataset::Job::prepare(options, plan)?;
+    let mut progress = dataset::Progress::new(options.json);
+    progress.show_step("starting the simulator");
     let settings = Settings { no_rendering: 1, synchronous: 1, ..Settings::default() };
-    let host = BackgroundHost::start(&args.world, settings)?;
+    let host = BackgroundHost::start(&world, settings)?;
     let mut client = host.connect("collect")?;
+    drop(progress);
     let collected = dataset::collect(job, &mut client, &stop);
     drop(client);
     let ended = host.end();
     match collected {
         Ok(summary) => {
             ended?;
-            print_line!("{summary}");
+            if options.json {
+                dataset::print_json(&summary.json());
+            } else {
+                print_line!("{summary}");
+            }
             Ok(())
         }
         // The reason why the host ended causes the client's error.

@@ -66,7 +66,9 @@ fn shell_fault(line: &str) -> Option<String> {
         word.split_once('=')
             .is_some_and(|(name, _)| name.chars().all(|c| c.is_ascii_uppercase() || c == '_'))
     };
-    let words: Vec<&str> = words.into_iter().skip_while(|word| is_variable(word)).collect();
+    // What follows `>` is a file, not an argument.
+    let words = words.into_iter().skip_while(|word| is_variable(word));
+    let words: Vec<&str> = words.take_while(|word| *word != ">").collect();
     let (program, args) = words.split_first()?;
     match *program {
         "omnibus" | "target/release/omnibus" => {

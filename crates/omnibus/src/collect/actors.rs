@@ -1,10 +1,7 @@
-//! The ego and the traffic around it, chosen by the seed.
+//! Vehicles and their spawn points, chosen by the seed.
 
-use client_lib::Client;
 use mesh::RandomStream;
-use protocol::{ActorId, Command, Name, Pose, Spawn, flag, status};
-
-use crate::collect::{CollectError, format::SpawnedActors};
+use protocol::{Name, Pose, Spawn, flag};
 
 /// The blueprint of the ego.
 pub(crate) const EGO: &str = "vehicle.tesla.model3";
@@ -27,58 +24,6 @@ const PAINTS: [[u8; 3]; 14] = [
     [214, 170, 40],
 ];
 
-/// Spawns the ego and up to `vehicles` others, all driven by traffic. Spawn points where the host
-/// refuses a vehicle are skipped.
-pub(crate) fn assemble(
-    client: &mut Client,
-    map: &str,
-    seed: u64,
-    vehicles: u32,
-) -> Result<(SpawnedActors, Pose), CollectError> {
-    let points = client.spawn_points()?;
-    let mut places = shuffled(points, seed);
-    let count = places.len();
-    let mut spawned_actors = SpawnedActors::default();
-    let mut ego_pose = Pose::IDENTITY;
-    let mut why = "no driving lane has room for a vehicle".to_owned();
-    while spawned_actors.ego_actor_id == 0 {
-        let Some(place) = places.pop() else {
-            return Err(CollectError::NoSpawnPoint { map: map.to_owned(), why });
-        };
-        let ego = Spawn {
-            blueprint: Name::new(EGO),
-            flags: flag::AUTOPILOT,
-            pose: place,
-            role: Name::new("hero"),
-            ..Spawn::default()
-        };
-        let outcomes = client.try_wire_request("spawn", &[Command::Spawn(ego)])?;
-        match outcomes[0].outcome.result() {
-            Ok(id) => {
-                spawned_actors.ego_actor_id = ActorId(id).0;
-                ego_pose = place;
-            }
-            Err(refusal) => {
-                spawned_actors.spawns_refused += 1;
-                why = format!("{count} spawn points were tried, the last was refused: {refusal}");
-            }
-        }
-    }
-    let mut random = RandomStream::from_state(seed ^ 0x7ca4_fe11_0b5e_55ed);
-    while spawned_actors.vehicles_spawned < vehicles && !places.is_empty() {
-        let wanted = (vehicles - spawned_actors.vehicles_spawned) as usize;
-        let batch: Vec<_> = places.drain(places.len().saturating_sub(wanted)..).rev().collect();
-        let commands: Vec<_> =
-            batch.iter().map(|at| Command::Spawn(vehicle(*at, &mut random))).collect();
-        for entry in client.try_wire_request("spawn", &commands)? {
-            let is_done = entry.outcome.status == status::DONE;
-            spawned_actors.vehicles_spawned += u32::from(is_done);
-            spawned_actors.spawns_refused += u32::from(!is_done);
-        }
-    }
-    Ok((spawned_actors, ego_pose))
-}
-
 /// Returns the spawn points in the order in which vehicles take them, for a run without a host.
 pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
     let mut places = shuffled(client_lib::spawn_poses(network), seed);
@@ -86,7 +31,8 @@ pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
     places
 }
 
-fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
+/// Returns the points in an order by the seed.
+pub(crate) fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
     let mut random = RandomStream::from_state(seed);
     for last in (1..points.len()).rev() {
         points.swap(last, random.below(last + 1));
@@ -95,7 +41,7 @@ fn shuffled(mut points: Vec<Pose>, seed: u64) -> Vec<Pose> {
 }
 
 /// Returns one of the other vehicles: mostly cars, in common paints.
-fn vehicle(pose: Pose, random: &mut RandomStream) -> Spawn {
+pub(crate) fn vehicle(pose: Pose, random: &mut RandomStream) -> Spawn {
     let kind = match random.below(100) {
         0..86 => &["car", "van"][..],
         86..94 => &["truck", "bus"],

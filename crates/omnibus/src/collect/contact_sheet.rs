@@ -1,7 +1,7 @@
 //! The contact sheet: an overview of some frames of a data set in one picture.
 //!
-//! A row is a frame: colour with the boxes of visible actors, depth, tags, and the lidar from
-//! above.
+//! A row is a frame: colour with the boxes of visible actors, depth and tags of the camera that has the
+//! most of these, and the first lidar from above.
 
 use std::{fs, path::PathBuf};
 
@@ -28,7 +28,16 @@ const LIDAR_SHOWN_M: f32 = 45.0;
 pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, CollectError> {
     let (lines, _) = frame_list::read(&folder.frames())?;
     let rows = lines.len().min(ROWS);
-    let camera = metadata.settings.sensors.iter().find(|s| s.camera.is_some());
+    let outputs = |sensor: &Sensor| {
+        let is_written = |output: &&str| {
+            let folder = format!("{}/{output}", sensor.name);
+            metadata.outputs.iter().any(|written| written.folder == folder)
+        };
+        ["color", "depth", "tag"].into_iter().filter(is_written).count()
+    };
+    let cameras = metadata.settings.sensors.iter().filter(|s| s.camera.is_some());
+    // The first of those with the most outputs.
+    let camera = cameras.rev().max_by_key(|sensor| outputs(sensor));
     let lidar = metadata.settings.sensors.iter().find(|s| s.lidar.is_some());
     let height = camera
         .and_then(|s| s.camera.as_ref())
@@ -59,16 +68,22 @@ fn draw_camera(
     line: &FrameLine,
 ) -> Result<(), CollectError> {
     let image = |output: &str| read_image(folder, &format!("{}/{output}", camera.name), line.frame);
-    let [color, depth, tag] = [image("color")?, image("depth")?, image("tag")?];
-    let scale = color.width as f32 / sheet.tile[0] as f32;
-    sheet.draw(0, row, |x, y| mean(&color, [x, y], scale));
-    let depths = depth.sixteen();
+    let width = camera.camera.as_ref().map_or(TILE_WIDTH, |c| c.width_px as usize);
+    let scale = width as f32 / sheet.tile[0] as f32;
     let at = |image: &Image, x: usize, y: usize| {
         let [u, v] = [x, y].map(|p| ((p as f32 + 0.5) * scale) as usize);
         v.min(image.height - 1) * image.width + u.min(image.width - 1)
     };
-    sheet.draw(1, row, |x, y| depth_shade(depths[at(&depth, x, y)]));
-    sheet.draw(2, row, |x, y| tag_color(tag.bytes[at(&tag, x, y)]));
+    if let Some(color) = image("color")? {
+        sheet.draw(0, row, |x, y| mean(&color, [x, y], scale));
+    }
+    if let Some(depth) = image("depth")? {
+        let depths = depth.sixteen();
+        sheet.draw(1, row, |x, y| depth_shade(depths[at(&depth, x, y)]));
+    }
+    if let Some(tag) = image("tag")? {
+        sheet.draw(2, row, |x, y| tag_color(tag.bytes[at(&tag, x, y)]));
+    }
     let boxes = folder.frame_file(BOXES, line.frame, "json");
     let text = fs::read(&boxes).map_err(|e| CollectError::io(&boxes, e))?;
     let found: Boxes =
@@ -108,10 +123,14 @@ fn draw_lidar(
     Ok(())
 }
 
-fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Image, CollectError> {
+/// Reads an image; `None` if there is no such output.
+fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Option<Image>, CollectError> {
     let path = folder.frame_file(output, frame, "png");
-    let file = fs::read(&path).map_err(|e| CollectError::io(&path, e))?;
-    decode::png(&file).map_err(|e| CollectError::damaged(&path, e))
+    match fs::read(&path) {
+        Ok(file) => decode::png(&file).map(Some).map_err(|e| CollectError::damaged(&path, e)),
+        Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
+        Err(e) => Err(CollectError::io(&path, e)),
+    }
 }
 
 /// Returns the mean colour of the pixels below a pixel of a tile.

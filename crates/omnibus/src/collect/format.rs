@@ -8,7 +8,7 @@ use glam::{Affine3A, Mat4};
 use protocol::{ActorState, Pose, flag, tracer};
 use serde::{Deserialize, Serialize};
 
-use crate::collect::ego_sensors::EgoSensors;
+use crate::collect::{ego_sensors::EgoSensors, events::Event};
 
 /// The version of the format.
 pub(crate) const FORMAT: &str = "omnibus-dataset-2";
@@ -48,7 +48,7 @@ pub(crate) struct DataSetSettings {
     pub(crate) map: String,
     /// FNV-1a of the OpenDRIVE text in `map.xodr`.
     pub(crate) map_fnv1a64: String,
-    /// The seed of scenery, traffic, spawn points and paint.
+    /// The seed of the scenery.
     pub(crate) seed: u64,
     /// Simulated time per frame.
     pub(crate) fixed_delta_nanos: u64,
@@ -56,22 +56,66 @@ pub(crate) struct DataSetSettings {
     pub(crate) warmup_frames: u64,
     /// One in this many frames is kept.
     pub(crate) every_frames: u64,
+    /// The index of the scene in its plan.
+    pub(crate) scene: u64,
+    /// The seed of traffic, spawn points and paint in this scene.
+    pub(crate) scene_seed: u64,
     /// Vehicles requested in addition to the ego.
     pub(crate) vehicles_requested: u32,
-    /// Pedestrians requested on the sidewalks ahead of the ego.
-    #[serde(default, skip_serializing_if = "is_zero")]
+    /// Of these, vehicles near the ego at the start.
+    pub(crate) vehicles_near: u32,
+    /// Pedestrians requested on the sidewalks around the ego.
     pub(crate) walkers_requested: u32,
+    /// What is near the ego; half of it for pedestrians.
+    pub(crate) traffic_radius_m: f32,
+    /// Road users of at least 25 pixels of height below which more vehicles come near.
+    pub(crate) in_view: f32,
+    /// The weather at the start; absent: the default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) weather: Option<WeatherSettings>,
     /// Altitudes of the sun, each for an equal part of the frames; empty: the default weather holds.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) sun_altitudes_deg: Vec<f32>,
+    /// What happens during the scene.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) events: Vec<Event>,
     /// The blueprint of the ego.
     pub(crate) ego_blueprint: String,
+    /// Places that the ego drives over; empty: turns at random.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) ego_route: Vec<[f32; 2]>,
     /// The sensors on the ego.
     pub(crate) sensors: Vec<Sensor>,
 }
 
-fn is_zero(count: &u32) -> bool {
-    *count == 0
+/// A weather. Percentages have the meaning that CARLA gives them.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct WeatherSettings {
+    pub(crate) cloudiness: f32,
+    pub(crate) precipitation: f32,
+    pub(crate) precipitation_deposits: f32,
+    pub(crate) wind_intensity: f32,
+    pub(crate) sun_azimuth_rad: f32,
+    pub(crate) sun_altitude_rad: f32,
+    pub(crate) fog_density: f32,
+    pub(crate) fog_distance_m: f32,
+    pub(crate) wetness: f32,
+}
+
+impl From<protocol::Weather> for WeatherSettings {
+    fn from(weather: protocol::Weather) -> WeatherSettings {
+        WeatherSettings {
+            cloudiness: weather.cloudiness,
+            precipitation: weather.precipitation,
+            precipitation_deposits: weather.precipitation_deposits,
+            wind_intensity: weather.wind_intensity,
+            sun_azimuth_rad: weather.sun_azimuth_rad,
+            sun_altitude_rad: weather.sun_altitude_rad,
+            fog_density: weather.fog_density,
+            fog_distance_m: weather.fog_distance_m,
+            wetness: weather.wetness,
+        }
+    }
 }
 
 /// One sensor on the ego.

@@ -78,7 +78,8 @@ pub(crate) fn difference(
     differ("", &value(recorded), &value(requested))
 }
 
-fn differ(path: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
+/// Returns the path of the first difference between two values below `path`, and both values.
+pub(crate) fn differ(path: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
     let inner = |key: &str| if path.is_empty() { key.to_owned() } else { format!("{path}.{key}") };
     match (a, b) {
         (Value::Object(a), Value::Object(b)) => {

@@ -10,20 +10,22 @@ use std::{
 use bus::{ControlPageMapping, Role, clock};
 use client_lib::{Client, ClientError, Measurement, SensorBundle, bundle_commands, wire::Settings};
 use protocol::{
-    ActorId, ActorState, BundleId, BundleReceipt, Command, Episode, Frame, SnapshotHeader, Weather,
+    ActorState, BundleId, BundleReceipt, Command, Episode, Frame, SnapshotHeader, Weather,
 };
 
+use serde_json::{Value, json};
+
 use crate::collect::{
-    Args, CollectError, Job,
-    actors::{self, EGO},
-    contact_sheet,
+    CollectError, Job, contact_sheet,
     ego_sensors::{EgoSensors, ego_sensor_specs},
     encoders::{Bytes, DataSetContext, EncoderPool, FrameCounts, FrameData, Permit, make_folders},
+    events::Event,
     folder::write_atomically,
     format::{DataSetSettings, SpawnedActors, hash_text, tracer_name},
     metadata::{self, difference},
-    pedestrians::Pedestrians,
+    plan::Plan,
     progress::Progress,
+    road_users::{Cast, RoadUsers},
     sensors,
     stages::Stages,
 };
@@ -52,6 +54,27 @@ pub(crate) struct Summary {
     pub(crate) tracers: Vec<String>,
     /// The path of the contact sheet.
     pub(crate) contact_sheet: PathBuf,
+}
+
+impl Summary {
+    /// Returns the last line of `--json`.
+    pub(crate) fn json(&self) -> Value {
+        let (limiting_stage, percent) = self.stages.bound();
+        json!({
+            "event": "complete",
+            "dir": self.dir,
+            "frames": self.frames,
+            "frames_of_this_run": self.stages.frames,
+            "images": self.images,
+            "bytes": self.bytes,
+            "seconds": self.stages.wall_nanos as f64 / 1e9,
+            "frames_per_second": self.stages.rate_hz(),
+            "limiting_stage": limiting_stage,
+            "limiting_stage_percent": percent,
+            "vehicles": self.spawned.vehicles_spawned,
+            "tracers": self.tracers,
+        })
+    }
 }
 
 impl fmt::Display for Summary {
@@ -101,30 +124,35 @@ pub(crate) fn collect(
     client: &mut Client,
     stop: &AtomicBool,
 ) -> Result<Summary, CollectError> {
-    let Job { args, folder, frame_list, lines, before, lock: _lock } = job;
-    let delta_nanos = args.delta_nanos();
+    let Job { plan, scene, sensors, folder, frame_list, lines, before, lock: _lock, .. } = job;
+    let (pipeline, threads) = (job.pipeline, job.threads);
+    let mut progress = Progress::new(job.json);
+    progress.show_step("placing the road users");
+    let delta_nanos = plan.delta_nanos();
     client.synchronise(std::time::Duration::from_nanos(delta_nanos))?;
-    let still = Settings { pipeline: args.pipeline, no_rendering: 1, ..client.wire_settings() };
+    let still = Settings { pipeline, no_rendering: 1, ..client.wire_settings() };
     client.apply_wire_settings(still)?;
 
     let episode = client.instance().episode().map_err(ClientError::from)?;
-    let mut sensors = sensors::default_sensors(args.width, args.height);
-    if args.every > 1 {
-        for sensor in &mut sensors {
-            sensor.period_nanos = args.every * delta_nanos;
-        }
-    }
     let settings = DataSetSettings {
         map: episode.map.clone(),
         map_fnv1a64: hash_text(mesh::fnv1a64(episode.open_drive.as_bytes())),
         seed: episode.seed,
         fixed_delta_nanos: delta_nanos,
-        warmup_frames: args.warmup,
-        every_frames: args.every,
-        vehicles_requested: args.vehicles,
-        walkers_requested: args.walkers,
-        sun_altitudes_deg: args.sun_altitudes_deg.clone(),
-        ego_blueprint: EGO.to_owned(),
+        warmup_frames: plan.warmup,
+        every_frames: plan.every,
+        scene: scene.index,
+        scene_seed: scene.seed,
+        vehicles_requested: plan.traffic.vehicles,
+        vehicles_near: plan.traffic.vehicles_near,
+        walkers_requested: plan.traffic.walkers,
+        traffic_radius_m: plan.traffic.radius_m,
+        in_view: plan.traffic.in_view,
+        weather: scene.weather.map(Into::into),
+        sun_altitudes_deg: plan.sun_altitudes_deg.clone(),
+        events: plan.events.clone(),
+        ego_blueprint: plan.ego.blueprint.clone(),
+        ego_route: scene.route.clone(),
         sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
@@ -135,9 +163,18 @@ pub(crate) fn collect(
     }
 
     let origin = client.frame();
-    let (spawned, ego_pose) = actors::assemble(client, &episode.map, episode.seed, args.vehicles)?;
-    let ego = ActorId(spawned.ego_actor_id);
-    let pedestrians = Pedestrians::assemble(client, &ego_pose, episode.seed, args.walkers)?;
+    let weather = scene.weather.unwrap_or_default();
+    client.request("weather", &[Command::SetWeather(weather)])?;
+    let cast = Cast {
+        map: &episode.map,
+        seed: scene.seed,
+        ego_blueprint: &plan.ego.blueprint,
+        route: &scene.route,
+        traffic: plan.traffic,
+        sensors: &sensors,
+    };
+    let (road_users, spawned) = RoadUsers::assemble(client, &cast)?;
+    let ego = road_users.ego();
     let commands = bundle_commands("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32);
     let outcome = client.try_request("bundle", &commands)?[0];
     let bundle = client.open_bundle(BundleId(outcome.id()?), &sensors)?;
@@ -146,7 +183,7 @@ pub(crate) fn collect(
     let physics_sensors = client.create_bundle("ego_sensors", ego, ego_sensor_specs(), 1)?;
 
     // The metadata comes first: a run that is killed from here on can be resumed.
-    let mut metadata = metadata::of(settings, spawned, &sensors, args.frames);
+    let mut metadata = metadata::of(settings, spawned, &sensors, plan.frames);
     metadata.frames_complete = lines.len() as u64;
     folder.write_metadata(&metadata)?;
     make_folders(&folder, &sensors)?;
@@ -160,7 +197,6 @@ pub(crate) fn collect(
         ego,
         blueprints: client.blueprints().to_vec(),
     };
-    let threads = args.threads();
     let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;
     let mut run = Run {
@@ -172,22 +208,24 @@ pub(crate) fn collect(
         encoders,
         awaited: VecDeque::new(),
         index: lines.len() as u64,
-        wanted: args.frames,
-        first_kept: Frame(origin.0 + args.warmup),
-        pedestrians,
+        wanted: plan.frames,
+        first_kept: Frame(origin.0 + plan.warmup),
+        road_users,
+        weather,
         sun_altitude_rad: None,
-        pipeline: args.pipeline as usize,
+        events: plan.events.clone(),
+        pipeline: pipeline as usize,
         receipt,
-        args: args.clone(),
+        plan: plan.clone(),
         stages: Stages { writers: threads as u32, ..Stages::default() },
         tracers: lines.iter().map(|line| line.tracer.clone()).collect(),
-        progress: Progress::new(),
+        progress,
         stop,
     };
     run.tracers.dedup();
     let recorded: BTreeMap<_, _> =
         lines.iter().map(|line| (line.frame, line.state_hash.as_str())).collect();
-    let from = lines.last().map_or(origin.0 + args.warmup, |line| line.frame);
+    let from = lines.last().map_or(origin.0 + plan.warmup, |line| line.frame);
     let ended = run
         .resimulate_to(client, Frame(from), &recorded)
         .map_err(|diverged| match diverged {
@@ -210,7 +248,7 @@ pub(crate) fn collect(
         let (why, dir) = (Box::new(why), folder.root().to_owned());
         return Err(match *why {
             CollectError::Diverged { .. } => *why,
-            _ => CollectError::CutShort { why, dir, complete, wanted: args.frames },
+            _ => CollectError::CutShort { why, dir, complete, wanted: plan.frames },
         });
     }
     metadata.complete = true;
@@ -223,7 +261,7 @@ pub(crate) fn collect(
         bytes: work.bytes,
         stages,
         spawned: metadata.spawned_actors,
-        vehicles: args.vehicles,
+        vehicles: plan.traffic.vehicles,
         tracers: metadata.tracers,
         contact_sheet,
     })
@@ -276,12 +314,15 @@ struct Run<'a> {
     wanted: u64,
     /// Frames after this one are kept.
     first_kept: Frame,
-    pedestrians: Pedestrians,
+    road_users: RoadUsers,
+    weather: Weather,
+    /// Events that are to come.
+    events: Vec<Event>,
     /// The altitude that the sun was last set to.
     sun_altitude_rad: Option<f32>,
     pipeline: usize,
     receipt: BundleReceipt,
-    args: Args,
+    plan: Plan,
     stages: Stages,
     tracers: Vec<String>,
     progress: Progress,
@@ -309,9 +350,9 @@ impl Run<'_> {
             {
                 return Err(ResumeError::At { frame: here.0, recorded: (*then).to_owned(), now });
             }
-            if !recorded.is_empty() {
-                self.progress.show_resume(here.0, frame.0);
-            }
+            let what =
+                if recorded.is_empty() { "warming up" } else { "simulating up to where it ended" };
+            self.progress.show_frames(what, here.0, frame.0);
         }
         Ok(())
     }
@@ -351,16 +392,32 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Sends the commands of the next frame: the sun's altitude and where pedestrians walk.
+    /// Sends the commands of the next frame: weather, events, and those that lead and replace road users.
     fn send_commands(&mut self, client: &mut Client) -> Result<(), CollectError> {
-        let mut commands = self.pedestrians.lead(client);
-        let kept = client.frame().0.saturating_sub(self.first_kept.0) / self.args.every;
-        let altitude = self.args.sun_altitude_rad(kept);
-        if altitude != self.sun_altitude_rad
-            && let Some(sun_altitude_rad) = altitude
+        let mut commands = self.road_users.advance(client)?;
+        let after = client.frame().0.saturating_sub(self.first_kept.0);
+        let before = self.weather;
+        if let Some(sun_altitude_rad) = self.plan.sun_altitude_rad(after / self.plan.every)
+            && self.sun_altitude_rad != Some(sun_altitude_rad)
         {
-            commands.push(Command::SetWeather(Weather { sun_altitude_rad, ..Weather::default() }));
-            self.sun_altitude_rad = altitude;
+            self.weather.sun_altitude_rad = sun_altitude_rad;
+            self.sun_altitude_rad = Some(sun_altitude_rad);
+        }
+        let elapsed_secs = after as f64 * self.plan.fixed_delta_secs;
+        let is_due =
+            |event: &mut Event| client.frame() >= self.first_kept && event.at_secs <= elapsed_secs;
+        let due: Vec<_> = self.events.extract_if(.., is_due).collect();
+        for event in due {
+            if let Some(entry) = &event.weather {
+                let weather = entry.weather_after(&self.weather);
+                self.weather = weather.map_err(|why| CollectError::Argument(why.to_string()))?;
+            }
+            if let Some(crossing) = event.crossing {
+                self.road_users.cross(client, crossing)?;
+            }
+        }
+        if self.weather != before {
+            commands.push(Command::SetWeather(self.weather));
         }
         if !commands.is_empty() {
             client.send(&commands)?;

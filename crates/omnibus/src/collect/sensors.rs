@@ -7,8 +7,9 @@ use protocol::{Pose, SensorSpec, output, sensor};
 
 use crate::collect::format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal};
 
-/// The outputs of the camera.
-const CAMERA_OUTPUTS: u32 = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
+/// The outputs of cameras that have files.
+pub(crate) const CAMERA_OUTPUTS: u32 =
+    output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
 
 /// Returns the default sensors on a car.
 pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> {

@@ -80,10 +80,10 @@ pub(crate) fn attached(args: &ProfileArgs) -> anyhow::Result<LiveRun> {
 pub(crate) fn started(args: &ProfileArgs) -> anyhow::Result<LiveRun> {
     ensure!(args.vehicles > 0, "--vehicles is 0; the first vehicle carries the sensors");
     let sensors = match &args.sensors {
-        Some(file) => super::sensors_file::sensors_of(file)?,
+        Some(file) => crate::sensors_file::sensors_of(file)?,
         None => default_sensors(args.width, args.height),
     };
-    let places = places(&args.world.network()?, args.world.seed);
+    let places = places(&args.world.network()?, args.world.seed());
     let settings = Settings { synchronous: 1, pipeline: args.pipeline, ..Settings::default() };
     let stop = stop_on_signals()?;
     let host = BackgroundHost::start(&args.world, settings)?;

@@ -16,7 +16,7 @@ pub(super) fn measure(
     let spawns: Vec<_> = if vehicles_max == 0 {
         Vec::new()
     } else {
-        let places = places(&world.network()?, world.seed);
+        let places = places(&world.network()?, world.seed());
         places.into_iter().take(vehicles_max).map(vehicle).collect()
     };
     let settings = Settings { synchronous: 1, ..Settings::default() };

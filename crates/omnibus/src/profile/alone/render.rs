@@ -9,7 +9,8 @@ use sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
 use super::input::{RecordedInput, series};
 use crate::{
     collect::{Encoder, default_sensors},
-    profile::{args::ProfileArgs, report::Series, sensors_file::sensors_of},
+    profile::{args::ProfileArgs, report::Series},
+    sensors_file::sensors_of,
 };
 
 /// What the renderer took.

@@ -1,22 +1,23 @@
-//! A set of sensors from a TOML file.
+//! Sensors as TOML files describe them: the sets of `--sensors`, and the plans of collections.
 
 use std::path::Path;
 
 use anyhow::{Context, anyhow, ensure};
 use glam::{EulerRot, Quat, Vec3};
 use protocol::{Pose, SensorSpec, output};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// The file: a list of `[[sensor]]`.
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct SensorsFile {
-    sensor: Vec<Entry>,
+    sensor: Vec<SensorEntry>,
 }
 
-#[derive(Debug, Deserialize)]
+/// A `[[sensor]]`.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(deny_unknown_fields)]
-struct Entry {
+pub(crate) struct SensorEntry {
     name: String,
     kind: Kind,
     /// In vehicle space: x forward, y left, z up.
@@ -28,6 +29,12 @@ struct Entry {
     /// Positive downwards.
     #[serde(default)]
     pitch_deg: f32,
+    /// Positive: the left side up.
+    #[serde(default)]
+    roll_deg: f32,
+    /// Of noise and dropped returns.
+    #[serde(default)]
+    seed: u64,
     #[serde(default = "default_width")]
     width_px: u32,
     #[serde(default = "default_height")]
@@ -44,9 +51,21 @@ struct Entry {
     elevations_deg: [f32; 2],
     #[serde(default = "default_range")]
     range_m: f32,
+    /// The intensity falls as exp(-attenuation * distance).
+    #[serde(default = "default_attenuation")]
+    attenuation_per_m: f32,
+    /// Standard deviation of the range.
+    #[serde(default)]
+    noise_m: f32,
+    /// Fraction of the returns that are dropped, 0 to 1.
+    #[serde(default)]
+    dropoff: f32,
+    /// Revolutions per second; 0: the whole turn at one instant in every frame.
+    #[serde(default)]
+    rotation_rate_hz: f32,
 }
 
-#[derive(Clone, Copy, Debug, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
 #[serde(rename_all = "lowercase")]
 enum Kind {
     Camera,
@@ -77,6 +96,9 @@ fn default_elevations() -> [f32; 2] {
 fn default_range() -> f32 {
     100.0
 }
+fn default_attenuation() -> f32 {
+    0.004
+}
 
 const OUTPUTS: [(&str, u32); 6] = [
     ("color", output::COLOR),
@@ -89,24 +111,60 @@ const OUTPUTS: [(&str, u32); 6] = [
 
 /// Reads the sensors of a file.
 pub(crate) fn sensors_of(path: &Path) -> anyhow::Result<Vec<SensorSpec>> {
+    specs(&entries_of(path)?).with_context(|| path.display().to_string())
+}
+
+/// Reads the entries of a text with `[[sensor]]` alone.
+pub(crate) fn parse_entries(text: &str) -> anyhow::Result<Vec<SensorEntry>> {
+    Ok(toml::from_str::<SensorsFile>(text)?.sensor)
+}
+
+/// Reads the entries of a file.
+pub(crate) fn entries_of(path: &Path) -> anyhow::Result<Vec<SensorEntry>> {
     let text = std::fs::read_to_string(path).with_context(|| path.display().to_string())?;
-    parse(&text).with_context(|| path.display().to_string())
+    parse_entries(&text).with_context(|| path.display().to_string())
 }
 
-fn parse(text: &str) -> anyhow::Result<Vec<SensorSpec>> {
-    let file: SensorsFile = toml::from_str(text)?;
-    ensure!(!file.sensor.is_empty(), "no [[sensor]]; name at least one");
-    file.sensor.iter().map(Entry::spec).collect()
+/// Returns the sensors of entries.
+///
+/// # Errors
+///
+/// There is none, two have one name, or a value is out of range.
+pub(crate) fn specs(entries: &[SensorEntry]) -> anyhow::Result<Vec<SensorSpec>> {
+    ensure!(!entries.is_empty(), "no [[sensor]]; name at least one");
+    for (index, entry) in entries.iter().enumerate() {
+        ensure!(
+            entries[..index].iter().all(|other| other.name != entry.name),
+            "two sensors are named {:?}; give each its own name",
+            entry.name
+        );
+    }
+    entries.iter().map(SensorEntry::spec).collect()
 }
 
-impl Entry {
+impl SensorEntry {
+    /// Scales the image of a camera to this size; a lidar stays as it is.
+    pub(crate) fn resize(&mut self, width_px: Option<u32>, height_px: Option<u32>) {
+        if self.kind == Kind::Camera {
+            self.width_px = width_px.unwrap_or(self.width_px);
+            self.height_px = height_px.unwrap_or(self.height_px);
+        }
+    }
+
     fn spec(&self) -> anyhow::Result<SensorSpec> {
         let name = &self.name;
+        let is_folder = !name.is_empty()
+            && name.len() <= 32
+            && name.bytes().all(|b| b.is_ascii_alphanumeric() || b"_-".contains(&b));
+        ensure!(
+            is_folder,
+            "sensor {name:?}: a name has 1 to 32 letters, digits, _ and -; it names a folder of files"
+        );
         let turn = Quat::from_euler(
             EulerRot::ZYX,
             self.yaw_deg.to_radians(),
             self.pitch_deg.to_radians(),
-            0.0,
+            self.roll_deg.to_radians(),
         );
         let position = Vec3::from_array(self.position_m);
         ensure!(
@@ -162,14 +220,33 @@ impl Entry {
                     lower <= upper && self.range_m > 0.0 && self.range_m.is_finite(),
                     "sensor {name:?}: elevations_deg must rise and range_m be above 0"
                 );
-                Ok(client_lib::wire::lidar(
+                for (what, value, most) in [
+                    ("attenuation_per_m", self.attenuation_per_m, 10.0),
+                    ("noise_m", self.noise_m, 100.0),
+                    ("dropoff", self.dropoff, 1.0),
+                    ("rotation_rate_hz", self.rotation_rate_hz, 1000.0),
+                ] {
+                    ensure!(
+                        (0.0..=most).contains(&value),
+                        "sensor {name:?}: {what} is {value}; use 0 to {most}"
+                    );
+                }
+                let spec = client_lib::wire::lidar(
                     name,
                     pose,
                     self.channels,
                     self.columns,
                     [lower, upper],
                     self.range_m,
-                ))
+                );
+                Ok(SensorSpec {
+                    seed: self.seed,
+                    attenuation_per_m: self.attenuation_per_m,
+                    noise_m: self.noise_m,
+                    dropoff: self.dropoff,
+                    rotation_rate_hz: self.rotation_rate_hz,
+                    ..spec
+                })
             }
         }
     }
@@ -183,6 +260,7 @@ mod tests {
     fn sensors_have_defaults_and_errors_name_the_sensor() {
         let text = "[[sensor]]\nname = \"a\"\nkind = \"camera\"\noutputs = [\"color\", \"depth\"]\n\
                     [[sensor]]\nname = \"b\"\nkind = \"lidar\"\nchannels = 64\n";
+        let parse = |text: &str| parse_entries(text).and_then(|entries| specs(&entries));
         let sensors = parse(text).unwrap();
         assert_eq!((sensors[0].width, sensors[0].outputs), (800, output::COLOR | output::DEPTH));
         assert_eq!((sensors[1].height, sensors[1].width), (64, 1800));

@@ -1,0 +1,279 @@
+//! Collections of several scenes: a scene follows from its plan and its index, whatever happens meanwhile.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Child, Stdio},
+    time::Duration,
+};
+
+use rustix::process::{Pid, Signal, kill_process};
+use serde_json::Value;
+
+use crate::kit::{Scratch, omnibus, small_map};
+
+const PLAN: &str = "
+scenes = 3
+frames = 12
+every = 3
+warmup = 20
+hours = [12.0, 17.0]
+
+[[weather]]
+preset = \"clear\"
+
+[[weather]]
+preset = \"rain\"
+
+[traffic]
+vehicles = 6
+vehicles_near = 4
+walkers = 4
+radius_m = 60.0
+in_view = 9.0
+
+[[event]]
+at_secs = 0.5
+weather = { preset = \"fog\" }
+crossing = { ahead_m = 12.0, speed_mps = 1.5 }
+
+[[sensor]]
+name = \"left\"
+kind = \"camera\"
+position_m = [1.5, 0.4, 1.6]
+yaw_deg = 60.0
+width_px = 64
+height_px = 48
+outputs = [\"color\", \"instance\"]
+
+[[sensor]]
+name = \"front\"
+kind = \"camera\"
+position_m = [1.5, 0.0, 1.6]
+width_px = 96
+height_px = 48
+outputs = [\"color\", \"depth\", \"tag\", \"instance\"]
+
+[[sensor]]
+name = \"top\"
+kind = \"lidar\"
+position_m = [0.0, 0.0, 2.2]
+channels = 8
+columns = 180
+noise_m = 0.02
+";
+
+/// Writes a plan with the small map, and returns its path.
+fn plan_in(folder: &Path) -> PathBuf {
+    let path = folder.join("plan.toml");
+    fs::write(&path, format!("maps = [\"{}\"]\n{PLAN}", small_map())).unwrap();
+    path
+}
+
+fn collect(plan: &Path, out: &Path, more: &[&str]) -> Child {
+    let mut command = omnibus();
+    command.arg("collect").arg(plan).arg("--out").arg(out);
+    command.args(["--device", "cpu"]).args(more);
+    command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+}
+
+/// Waits for a collection that ends well; returns what it printed.
+fn finish(child: Child) -> String {
+    let output = child.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    String::from_utf8(output.stdout).unwrap()
+}
+
+/// Every file below a folder, by its path.
+fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![folder.to_owned()];
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).unwrap().flatten() {
+            let path = entry.path();
+            if path.is_dir() {
+                folders.push(path);
+            } else if entry.file_name() != ".lock" {
+                found.insert(
+                    path.strip_prefix(folder).unwrap().to_owned(),
+                    fs::read(&path).unwrap(),
+                );
+            }
+        }
+    }
+    found
+}
+
+fn assert_same(one: &Path, other: &Path) {
+    let (one, other) = (files(one), files(other));
+    let names = |set: &BTreeMap<PathBuf, Vec<u8>>| set.keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&one), names(&other));
+    for (path, bytes) in &one {
+        assert!(*bytes == other[path], "{} differs", path.display());
+    }
+}
+
+#[test]
+fn a_scene_is_the_same_in_every_shard_and_after_every_kill() {
+    let scratch = Scratch::new();
+    let plan = plan_in(scratch.path());
+    let out = |name: &str| scratch.path().join(name);
+    finish(collect(&plan, &out("whole"), &[]));
+    // Two shards write into one folder.
+    let shards = ["0/2", "1/2"].map(|shard| collect(&plan, &out("shards"), &["--shard", shard]));
+    shards.into_iter().for_each(|shard| drop(finish(shard)));
+    assert_same(&out("whole"), &out("shards"));
+    // A single scene, into a folder of its own.
+    finish(collect(&plan, &out("second"), &["--scene", "1", "--pipeline", "3"]));
+    assert_same(&out("whole").join("scene-0001"), &out("second"));
+
+    // The whole collection is killed, and goes on.
+    let mut killed = collect(&plan, &out("killed"), &[]);
+    let first = out("killed").join("scene-0000/frames.jsonl");
+    await_that(|| fs::read_to_string(&first).is_ok_and(|lines| lines.lines().count() > 2));
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    // The process of the scene ends by itself; its folder is free again.
+    await_that(|| {
+        let lock = fs::File::open(out("killed").join("scene-0000/.lock"));
+        lock.map_or(true, |file| file.try_lock().is_ok())
+    });
+    finish(collect(&plan, &out("killed"), &["--resume"]));
+    assert_same(&out("whole"), &out("killed"));
+
+    // The process of a scene is killed; the collection continues it.
+    let child = collect(&plan, &out("scene-killed"), &[]);
+    let first = out("scene-killed").join("scene-0000/frames.jsonl");
+    await_that(|| fs::read_to_string(&first).is_ok_and(|lines| lines.lines().count() > 2));
+    kill_process(child_of(child.id()), Signal::KILL).unwrap();
+    finish(child);
+    assert_same(&out("whole"), &out("scene-killed"));
+}
+
+fn await_that(condition: impl Fn() -> bool) {
+    while !condition() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// The first child of a process.
+fn child_of(pid: u32) -> Pid {
+    let path = format!("/proc/{pid}/task/{pid}/children");
+    let children = fs::read_to_string(path).unwrap();
+    let first = children.split_whitespace().next().expect("the scene runs");
+    Pid::from_raw(first.parse().unwrap()).unwrap()
+}
+
+#[test]
+fn a_plan_decides_sensors_weather_events_and_road_users_and_json_lines_tell_the_progress() {
+    let scratch = Scratch::new();
+    let plan = plan_in(scratch.path());
+    let out = scratch.path().join("set");
+    let said = finish(collect(&plan, &out, &["--json", "--scenes", "2"]));
+    let events: Vec<Value> = said.lines().map(|l| serde_json::from_str(l).unwrap()).collect();
+    let last = events.last().unwrap();
+    assert_eq!((&last["event"], last["frames"].as_u64()), (&Value::from("complete"), Some(24)));
+    // Two cameras with six outputs together.
+    assert_eq!(last["images"].as_u64(), Some(24 * 6));
+    let scenes: Vec<_> = events.iter().filter(|e| e["event"] == "scene_complete").collect();
+    assert_eq!(scenes.iter().map(|e| e["scene"].as_u64().unwrap()).collect::<Vec<_>>(), [0, 1]);
+    assert!(events.iter().any(|e| e["step"] == "placing the road users"));
+
+    let read = |scene: &str, file: &str| -> Value {
+        let text = fs::read_to_string(out.join(scene).join(file)).unwrap();
+        serde_json::from_str(&text).unwrap()
+    };
+    let precipitation = |scene: &str| {
+        let settings = &read(scene, "metadata.json")["settings"];
+        settings["weather"]["precipitation"].as_f64().unwrap()
+    };
+    assert_eq!((precipitation("scene-0000"), precipitation("scene-0001")), (0.0, 60.0));
+    let metadata = read("scene-0000", "metadata.json");
+    let sensors = metadata["settings"]["sensors"].as_array().unwrap();
+    let widths: Vec<_> = sensors.iter().map(|s| s["camera"]["width_px"].as_u64()).collect();
+    assert_eq!(widths[..3], [Some(64), Some(96), None]);
+    assert_eq!(metadata["spawned_actors"]["vehicles_spawned"], 6);
+
+    // The pedestrian who crosses is in the images of the camera ahead.
+    let has_walker = |line: &str| {
+        let frame = serde_json::from_str::<Value>(line).unwrap()["frame"].as_u64().unwrap();
+        let boxes = read("scene-0000", &format!("boxes/{frame:06}.json"));
+        let actors = boxes["actors"].as_array().unwrap().clone();
+        actors.iter().any(|a| {
+            a["tag_name"] == "Pedestrian" && a["cameras"]["front"]["visible_px"].as_u64() > Some(5)
+        })
+    };
+    let lines = fs::read_to_string(out.join("scene-0000/frames.jsonl")).unwrap();
+    assert!(lines.lines().skip(4).any(has_walker), "nobody crosses");
+
+    // Another plan is refused, with the value that differs.
+    let other = collect(&plan, &out, &["--scenes", "2", "--vehicles", "7", "--resume"]);
+    let output = other.wait_with_output().unwrap();
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success());
+    assert!(error.contains("traffic.vehicles 6, this command has 7"), "{error}");
+}
+
+#[test]
+fn a_street_of_the_default_plan_has_road_users() {
+    let scratch = Scratch::new();
+    let out = scratch.path().join("set");
+    let mut command = omnibus();
+    command.args(["collect", "--frames", "10", "--every", "20", "--device", "cpu"]);
+    command.args(["--width", "400", "--height", "300", "--out"]).arg(&out);
+    let output = command.output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut counts = BTreeMap::<String, usize>::new();
+    for entry in fs::read_dir(out.join("boxes")).unwrap().flatten() {
+        let boxes: Value = serde_json::from_slice(&fs::read(entry.path()).unwrap()).unwrap();
+        for actor in boxes["actors"].as_array().unwrap() {
+            let edges = &actor["cameras"]["front"]["visible_box_px"];
+            // 12 of 300 pixels are 25 of 600.
+            if edges[3].as_u64() >= edges[1].as_u64().map(|top| top + 12) && edges[3].is_u64() {
+                *counts.entry(actor["tag_name"].as_str().unwrap().to_owned()).or_default() += 1;
+            }
+        }
+    }
+    let of = |name: &str| counts.get(name).copied().unwrap_or(0);
+    assert!(of("Pedestrian") >= 10 && of("Car") >= 5, "in ten images: {counts:?}");
+}
+
+#[test]
+fn plans_to_start_from_are_printed_and_faults_of_a_plan_are_named() {
+    let printed = |name: &str| {
+        let output = omnibus().args(["collect", "--init", name]).output().unwrap();
+        (
+            output.status.success(),
+            String::from_utf8_lossy(&output.stdout).into_owned(),
+            output.stderr,
+        )
+    };
+    for name in ["carla-default", "nuscenes", "kitti", "waymo"] {
+        let (went_well, text, _) = printed(name);
+        assert!(went_well && text.contains("[[sensor]]"), "{name}");
+    }
+    let (went_well, _, error) = printed("cityscapes");
+    assert!(!went_well);
+    assert!(String::from_utf8_lossy(&error).contains("use carla-default"));
+
+    let scratch = Scratch::new();
+    let error_of = |text: &str| {
+        let plan = scratch.path().join("wrong.toml");
+        fs::write(&plan, text).unwrap();
+        let output = collect(&plan, &scratch.path().join("none"), &[]).wait_with_output().unwrap();
+        assert!(!output.status.success());
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for (text, said) in [
+        ("frames = 3\nfrmaes = 4", "frmaes"),
+        ("frames = 0", "frames is 0"),
+        ("maps = [\"Atlantis\"]", "no map is named \"Atlantis\""),
+        ("[[weather]]\npreset = \"hail\"", "hail"),
+        ("frames = \"many\"", "invalid type"),
+    ] {
+        let error = error_of(text);
+        assert!(error.contains(said) && error.contains("omnibus: "), "{error}");
+        assert!(!error.contains("panicked"), "{error}");
+    }
+}
