@@ -164,6 +164,15 @@ fn python_s_followers_keep_their_lane_and_their_gap() {
     run(test, "agents.py", &[&root().join("client-lib/python/examples")]);
 }
 
+/// Two workers of a local Ray cluster, one of which is killed.
+#[test]
+fn a_collection_on_ray_has_the_bytes_of_one_process_although_a_worker_is_killed() {
+    let test = "a_collection_on_ray_has_the_bytes_of_one_process_although_a_worker_is_killed";
+    let python =
+        wheel().and_then(|wheel| install("omnibus-it-python-ray", &wheel, &["ray==2.60.0"]));
+    run_with(python, test, "ray_scenes.py", &[]);
+}
+
 /// The quick start of the manual and the examples have no fault either.
 #[test]
 fn mypy_and_pyright_accept_the_package_and_its_stubs_describe_it() {

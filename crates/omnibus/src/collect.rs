@@ -51,5 +51,5 @@ pub(crate) use options::Options;
 pub(crate) use plan::template;
 pub(crate) use progress::{Progress, print_json};
 pub(crate) use run::collect;
-pub(crate) use scenes::collect_scenes;
+pub(crate) use scenes::{collect_scenes, prepare};
 pub(crate) use sensors::default_sensors;

@@ -124,6 +124,10 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
         return Ok(());
     }
     let plan = options.resolve(world.map.as_deref(), world.seed)?;
+    if options.prepare {
+        dataset::print_json(&dataset::prepare(options, &plan)?);
+        return Ok(());
+    }
     let stop = stop_on_signals()?;
     if let Some(parent) = options.parent {
         end_with(parent)?;

@@ -31,6 +31,9 @@ pub(crate) struct Options {
     /// Collect only every n-th scene, beginning with the i-th, counted from 0
     #[arg(long, value_name = "I/N")]
     pub(crate) shard: Option<Shard>,
+    /// Write the plan with the values of the options into --out, print it as a line of JSON, and end
+    #[arg(long, conflicts_with_all = ["scene", "shard"])]
+    pub(crate) prepare: bool,
     /// Frames to keep of each scene (300 without a plan)
     #[arg(long)]
     frames: Option<u64>,

@@ -112,6 +112,20 @@ pub(crate) fn collect_scenes(
     Ok(collected)
 }
 
+/// Writes the plan into the folder of the collection, and returns what a launcher of its own needs.
+pub(crate) fn prepare(options: &Options, plan: &Plan) -> anyhow::Result<Value> {
+    let dir = options.out()?;
+    keep_plan(dir, plan)?;
+    let folders: Vec<_> = (0..plan.scenes).map(|scene| dir.join(scene_name(scene))).collect();
+    Ok(json!({
+        "event": "plan",
+        "plan": dir.join(PLAN),
+        "scenes": plan.scenes,
+        "frames": plan.frames,
+        "folders": folders,
+    }))
+}
+
 /// The folder of a scene.
 fn scene_name(scene: u64) -> String {
     format!("scene-{scene:04}")
