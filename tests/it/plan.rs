@@ -8,10 +8,11 @@ use std::{
     time::Duration,
 };
 
+use protocol::{ActorId, Pose, kind, output};
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 
-use crate::kit::{Scratch, omnibus, small_map};
+use crate::kit::{Scratch, Sim, eventually, omnibus, run_asynchronously, small_map};
 
 const PLAN: &str = "
 scenes = 3
@@ -205,7 +206,7 @@ fn a_plan_decides_sensors_weather_events_and_road_users_and_json_lines_tell_the_
         })
     };
     let lines = fs::read_to_string(out.join("scene-0000/frames.jsonl")).unwrap();
-    assert!(lines.lines().skip(4).any(has_walker), "nobody crosses");
+    assert!(lines.lines().skip(4).any(has_walker), "no pedestrian crosses");
 
     // Another plan is refused, with the value that differs.
     let other = collect(&plan, &out, &["--scenes", "2", "--vehicles", "7", "--resume"]);
@@ -276,4 +277,61 @@ fn plans_to_start_from_are_printed_and_faults_of_a_plan_are_named() {
         assert!(error.contains(said) && error.contains("omnibus: "), "{error}");
         assert!(!error.contains("panicked"), "{error}");
     }
+}
+
+/// The mean brightness of an image over the first road of a new world, 0 to 255.
+fn brightness(args: &[&str]) -> f64 {
+    let sim = Sim::start(args);
+    let mut client = sim.client("look");
+    run_asynchronously(&mut client);
+    eventually("the population is there", || {
+        client.await_frame().unwrap();
+        client.world().states().iter().filter(|s| s.kind == kind::VEHICLE).count() == 2
+    });
+    let above = Pose::level(glam::Vec3::new(0.0, 0.0, 30.0), 0.0);
+    let camera = client_lib::wire::camera("eye", above, 32, 24, 1.5, output::COLOR);
+    let mut bundle = client.create_bundle("eye", ActorId::NONE, [camera], 2).unwrap();
+    let measured = client.await_measurement(&mut bundle).unwrap();
+    let pixels = measured.color(0).unwrap();
+    let sum: f64 =
+        pixels.iter().map(|[r, g, b, _]| f64::from(*r) + f64::from(*g) + f64::from(*b)).sum();
+    let mean = sum / 3.0 / pixels.len() as f64;
+    drop((bundle, client));
+    sim.end();
+    mean
+}
+
+#[test]
+fn a_simulator_starts_with_road_users_and_weather() {
+    let [noon, midnight] = ["12", "0"]
+        .map(|hour| brightness(&["--vehicles", "2", "--time", hour, "--weather", "overcast"]));
+    assert!(noon > 60.0 && midnight < 0.6 * noon, "{noon} {midnight}");
+
+    let sim = Sim::start(&["--vehicles", "3", "--walkers", "4"]);
+    let mut client = sim.client("look");
+    run_asynchronously(&mut client);
+    let positions = |client: &mut client_lib::Client| {
+        client.await_frame().unwrap();
+        let states = client.world().states();
+        let of = |wanted| states.iter().filter(move |s| s.kind == wanted);
+        let walkers: Vec<_> = of(kind::WALKER).map(|s| s.pose.position()).collect();
+        (of(kind::VEHICLE).count(), walkers)
+    };
+    let mut start = Vec::new();
+    eventually("all are there", || {
+        let (vehicles, walkers) = positions(&mut client);
+        start = walkers;
+        (vehicles, start.len()) == (3, 4)
+    });
+    eventually("every pedestrian has walked a metre", || {
+        let (_, walkers) = positions(&mut client);
+        walkers.iter().zip(&start).all(|(now, then)| now.distance(*then) > 1.0)
+    });
+    drop(client);
+    let log = sim.end();
+    assert!(log.contains("3 vehicles and 4 pedestrians are in the world"), "{log}");
+
+    let output = omnibus().args(["run", "--weather", "hail", "--no-carla"]).output().unwrap();
+    let error = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && error.contains("hail"), "{error}");
 }

@@ -19,6 +19,7 @@ mod launch;
 mod logging;
 mod map;
 mod maps;
+mod population;
 mod profile;
 mod record;
 mod replay;

@@ -16,6 +16,7 @@ use crate::{
     collect as dataset,
     gateway::{self, CarlaServerArgs, GatewaySupervisor},
     launch::WorldArgs,
+    population::PopulationArgs,
 };
 
 /// Arguments of `omnibus run`.
@@ -42,6 +43,8 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "PID")]
     parent: Option<i32>,
     #[command(flatten)]
+    population: PopulationArgs,
+    #[command(flatten)]
     carla: CarlaServerArgs,
 }
 
@@ -66,6 +69,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         no_rendering: args.no_rendering.into(),
         ..Settings::default()
     };
+    let weather = args.population.weather()?;
     let stop = stop_on_signals()?;
     if let Some(parent) = args.parent {
         end_with(parent)?;
@@ -82,7 +86,11 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     print_line!("simulator {:?} runs", host.instance().id());
     let in_process = args.world.single_process;
     let gateway = GatewaySupervisor::start(&args.carla, ports, host.instance(), in_process)?;
+    let population =
+        args.population.start(host.instance(), in_process, args.world.seed(), weather)?;
     let ended = host.run();
+    // Its client ends with the host.
+    population.map(JoinHandle::join);
     gateway.end();
     let last = ended?;
     print_line!("ended after {last}");

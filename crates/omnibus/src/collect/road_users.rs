@@ -22,10 +22,10 @@ use crate::collect::{
 };
 
 /// Frames between two corrections of the direction of walking.
-const CORRECTION_FRAMES: u64 = 10;
-/// Frames between two looks at which road users have fallen behind.
+pub(crate) const CORRECTION_FRAMES: u64 = 10;
+/// Frames between two replacements of road users that have fallen behind.
 const REPLACEMENT_FRAMES: u64 = 20;
-/// Road users that one look replaces at most.
+/// Most road users of a kind that are replaced at a time.
 const REPLACED_MAX: usize = 4;
 /// Distance of the point on the sidewalk's centre that a pedestrian walks towards.
 const LOOKAHEAD_M: f64 = 2.0;
@@ -69,7 +69,7 @@ pub(crate) struct RoadUsers {
     near: u32,
     /// The cameras on the ego.
     cameras: Vec<(Pinhole, Pose)>,
-    /// Road users in view, summed over the frames since the last look.
+    /// Road users in view, summed over the frames since the last replacement.
     in_view: f32,
 }
 
@@ -133,6 +133,41 @@ impl RoadUsers {
         Ok((users, spawned))
     }
 
+    /// Spawns vehicles and pedestrians anywhere on the map, around no ego.
+    pub(crate) fn anywhere(
+        client: &mut Client,
+        seed: u64,
+        traffic: TrafficEntry,
+    ) -> Result<RoadUsers, CollectError> {
+        let network = client.map()?;
+        let mut order = shuffled(client.spawn_points()?, seed);
+        let mut sidewalks = sidewalks(&network);
+        let mut users = RoadUsers {
+            network,
+            ego: ActorId::NONE,
+            traffic,
+            random: RandomStream::from_state(seed ^ 0x7ca4_fe11_0b5e_55ed),
+            places: Vec::new(),
+            sidewalks: Vec::new(),
+            vehicles: Vec::new(),
+            walking: Vec::new(),
+            near: 0,
+            cameras: Vec::new(),
+            in_view: 0.0,
+        };
+        users.fill(client, &mut order, traffic.vehicles)?;
+        while users.walking.len() < traffic.walkers as usize && !sidewalks.is_empty() {
+            let place = sidewalks.swap_remove(users.random.below(sidewalks.len()));
+            users.spawn_walker(client, place)?;
+        }
+        Ok(users)
+    }
+
+    /// How many vehicles and pedestrians there are.
+    pub(crate) fn counts(&self) -> [usize; 2] {
+        [self.vehicles.len(), self.walking.len()]
+    }
+
     /// Returns the id of the ego.
     pub(crate) fn ego(&self) -> ActorId {
         self.ego
@@ -185,27 +220,45 @@ impl RoadUsers {
         self.traffic.radius_m * 0.5
     }
 
-    /// Advances to the next frame: replaces who has fallen behind, and returns the commands that lead the
-    /// pedestrians.
+    /// Prepares the next frame: replaces road users that have fallen behind, and returns the commands that
+    /// destroy those and lead the pedestrians.
     pub(crate) fn advance(&mut self, client: &mut Client) -> Result<Vec<Command>, CollectError> {
         let frame = client.frame().0;
         let mut commands = Vec::new();
-        let Some(ego) = client.world().state(self.ego).copied() else { return Ok(commands) };
-        self.in_view += self.count_in_view(client.world().states(), &ego);
+        if let Some(ego) = client.world().state(self.ego).copied() {
+            commands.extend(self.accompany(client, frame, &ego)?);
+        }
+        if frame.is_multiple_of(CORRECTION_FRAMES) {
+            commands.extend(self.lead(client));
+        }
+        Ok(commands)
+    }
+
+    /// Replaces what has fallen behind the ego, and returns the commands that destroy it.
+    fn accompany(
+        &mut self,
+        client: &mut Client,
+        frame: u64,
+        ego: &ActorState,
+    ) -> Result<Vec<Command>, CollectError> {
+        let mut commands = Vec::new();
+        self.in_view += self.count_in_view(client.world().states(), ego);
         if frame.is_multiple_of(REPLACEMENT_FRAMES) {
             if std::mem::take(&mut self.in_view) < self.traffic.in_view * REPLACEMENT_FRAMES as f32
             {
                 self.near = (self.near + 1).min(self.traffic.vehicles);
             }
             let states = client.world().states().to_vec();
-            commands.extend(self.replace_vehicles(client, &states, &ego)?);
-            commands.extend(self.replace_walkers(client, &states, &ego)?);
-        }
-        if frame.is_multiple_of(CORRECTION_FRAMES) {
-            let steps = self.walking.iter().filter_map(|one| self.step(client, one));
-            commands.extend(steps.map(Command::SetVelocity));
+            commands.extend(self.replace_vehicles(client, &states, ego)?);
+            commands.extend(self.replace_walkers(client, &states, ego)?);
         }
         Ok(commands)
+    }
+
+    /// Returns the commands that lead the pedestrians for the next [`CORRECTION_FRAMES`].
+    pub(crate) fn lead(&self, client: &Client) -> Vec<Command> {
+        let steps = self.walking.iter().filter_map(|one| self.step(client, one));
+        steps.map(Command::SetVelocity).collect()
     }
 
     /// Spawns vehicles ahead of the ego while too few are near it, and returns the commands that destroy as
