@@ -94,8 +94,11 @@ impl PopulationArgs {
                 self.walkers
             );
         }
+        if walkers == 0 {
+            return Ok(());
+        }
         let mut due = client.frame();
-        while walkers > 0 {
+        loop {
             match client.await_frame() {
                 Ok(frame) if frame >= due => {
                     due.0 = frame.0 + CORRECTION_FRAMES;
@@ -107,10 +110,9 @@ impl PopulationArgs {
                 Ok(_) => {}
                 // In synchronous mode there may be no tick for a long time.
                 Err(ClientError::Timeout { .. }) => {}
-                Err(ClientError::HostEnded { .. }) => break,
+                Err(ClientError::HostEnded { .. }) => return Ok(()),
                 Err(why) => return Err(why.into()),
             }
         }
-        Ok(())
     }
 }
