@@ -31,6 +31,7 @@ mod generated;
 mod hide;
 mod hold;
 mod hostile;
+mod labels;
 mod lamps;
 mod latency;
 mod leave;

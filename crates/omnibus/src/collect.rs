@@ -27,6 +27,7 @@ mod frame_list;
 mod inspect;
 mod job;
 mod metadata;
+mod objects;
 mod options;
 mod outline;
 

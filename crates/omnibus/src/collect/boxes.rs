@@ -1,19 +1,22 @@
-//! The actors in the measurements, counted in instance images and lidar labels.
+//! The actors and static objects in the measurements, counted in instance images and lidar labels.
 
 use std::collections::BTreeMap;
 
 use glam::{Affine3A, Vec3};
-use mesh::Tag;
+use mesh::{ObjectId, Tag};
 use protocol::{ActorId, ActorState, BlueprintInfo, Pose, kind, light};
+use town::Blueprint;
 
 use crate::collect::{
-    format::{ActorBox, View},
+    encode::file_id,
+    format::{ActorBox, ObjectBox, View},
+    objects::StaticObjects,
     outline::outline,
     sensors::{Pinhole, sensor_from_optical},
-    silhouette::Silhouette,
+    silhouette::{Part, Silhouette},
 };
 
-/// The pixels of one actor in an image.
+/// The pixels of one actor or object in an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Seen {
     pub(crate) pixels: u32,
@@ -21,15 +24,42 @@ pub(crate) struct Seen {
     pub(crate) edges_px: [u32; 4],
 }
 
-/// Returns the pixels of each of `actors` (sorted by id) in an instance image.
-pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Option<Seen>> {
-    let mut found: Vec<Option<Seen>> = vec![None; actors.len()];
+/// Everything that may have a box: the actors of a frame (sorted by id), then the objects of the
+/// town.
+#[derive(Clone, Copy)]
+pub(crate) struct Boxed<'a> {
+    pub(crate) actors: &'a [ActorState],
+    pub(crate) objects: &'a StaticObjects,
+}
+
+impl Boxed<'_> {
+    fn len(&self) -> usize {
+        self.actors.len() + self.objects.len()
+    }
+
+    /// Returns the position in this order of what an instance image shows; the sky, the ground and
+    /// objects without a box have none.
+    fn index_of(&self, id: u32) -> Option<usize> {
+        match ObjectId::from_instance(id) {
+            None if id == 0 => None,
+            None => self.actors.binary_search_by_key(&ActorId(id), |a| a.actor_id).ok(),
+            Some(object) => {
+                let index = object.index()? as usize;
+                self.objects.has_box(index).then_some(self.actors.len() + index)
+            }
+        }
+    }
+}
+
+/// Returns the pixels of everything that may have a box in an instance image.
+pub(crate) fn seen(ids: &[u32], width: usize, boxed: Boxed) -> Vec<Option<Seen>> {
+    let mut found: Vec<Option<Seen>> = vec![None; boxed.len()];
     for (row, line) in (0..).zip(ids.chunks_exact(width)) {
         let mut from = 0;
         for run in line.chunk_by(|a, b| a == b) {
             let (left, right) = (from, from + run.len() as u32);
             from = right;
-            let Some(index) = index_of(run[0], actors) else { continue };
+            let Some(index) = boxed.index_of(run[0]) else { continue };
             let seen =
                 found[index].get_or_insert(Seen { pixels: 0, edges_px: [left, row, right, row] });
             let [l, t, r, _] = seen.edges_px;
@@ -40,23 +70,15 @@ pub(crate) fn seen(ids: &[u32], width: usize, actors: &[ActorState]) -> Vec<Opti
     found
 }
 
-/// Returns the number of lidar returns of each of `actors` (sorted by id).
-pub(crate) fn returns(labels: &[[u32; 2]], actors: &[ActorState]) -> Vec<u32> {
-    let mut counts = vec![0; actors.len()];
+/// Returns the number of lidar returns of everything that may have a box.
+pub(crate) fn returns(labels: &[[u32; 2]], boxed: Boxed) -> Vec<u32> {
+    let mut counts = vec![0; boxed.len()];
     for run in labels.chunk_by(|a, b| a[0] == b[0]) {
-        if let Some(index) = index_of(run[0][0], actors) {
+        if let Some(index) = boxed.index_of(run[0][0]) {
             counts[index] += run.len() as u32;
         }
     }
     counts
-}
-
-/// Returns the index of an actor in the list; static objects and the sky have none.
-fn index_of(id: u32, actors: &[ActorState]) -> Option<usize> {
-    if id == 0 || id >> 31 == 1 {
-        return None;
-    }
-    actors.binary_search_by_key(&ActorId(id), |a| a.actor_id).ok()
 }
 
 /// The image of one camera.
@@ -73,47 +95,121 @@ pub(crate) struct LidarView<'a> {
     pub(crate) returns: Vec<u32>,
 }
 
+/// The sensors of a frame, and what they saw.
+pub(crate) struct Views<'a> {
+    pub(crate) cameras: Vec<CameraView<'a>>,
+    pub(crate) lidars: Vec<LidarView<'a>>,
+}
+
+impl Views<'_> {
+    fn is_seen(&self, index: usize) -> bool {
+        self.cameras.iter().any(|c| c.seen[index].is_some())
+            || self.lidars.iter().any(|l| l.returns[index] > 0)
+    }
+
+    fn lidar_points(&self, index: usize) -> BTreeMap<String, u32> {
+        let hit = self.lidars.iter().filter(|l| l.returns[index] > 0);
+        hit.map(|l| (l.name.to_owned(), l.returns[index])).collect()
+    }
+
+    /// Returns one box in the image of each camera that saw it. `draw` counts the pixels of its
+    /// mesh, given `optical_from_world`.
+    fn in_cameras(
+        &self,
+        index: usize,
+        size_m: [f32; 3],
+        world_from_box: &Pose,
+        mut draw: impl FnMut(&Affine3A, &Pinhole) -> u32,
+    ) -> BTreeMap<String, View> {
+        let half_extents = Vec3::from_array(size_m) * 0.5;
+        let view = |camera: &CameraView| {
+            let seen = camera.seen[index]?;
+            let optical_from_world =
+                (camera.world_from_sensor.affine() * sensor_from_optical()).inverse();
+            // Steered wheels reach a pixel beyond the mesh that is drawn here.
+            let silhouette = draw(&optical_from_world, &camera.camera).max(seen.pixels);
+            let optical_from_box = optical_from_world * world_from_box.affine();
+            let outline = outline(half_extents, &optical_from_box, &camera.camera);
+            let (_, rotation, position) = optical_from_box.to_scale_rotation_translation();
+            let view = View {
+                optical_from_box: (&Pose::new(position, rotation)).into(),
+                visible_box_px: seen.edges_px,
+                projected_box_px: outline.map_or(seen.edges_px.map(|e| e as f32), |o| o.edges_px),
+                visible_px: seen.pixels,
+                unoccluded_px: silhouette,
+                occluded_fraction: 1.0 - seen.pixels as f32 / silhouette as f32,
+                truncated_fraction: outline.map_or(0.0, |o| o.truncated),
+            };
+            Some((camera.name.to_owned(), view))
+        };
+        self.cameras.iter().filter_map(view).collect()
+    }
+}
+
 /// Returns the boxes of all actors that a sensor saw, without `ego`.
-pub(crate) fn boxes(
+pub(crate) fn actor_boxes(
     actors: &[ActorState],
     ego: ActorId,
     blueprints: &[BlueprintInfo],
-    cameras: &[CameraView],
-    lidars: &[LidarView],
+    views: &Views,
     raster: &mut Silhouette,
 ) -> Vec<ActorBox> {
     let mut all = Vec::new();
     for (index, actor) in actors.iter().enumerate() {
         let Some(blueprint) = blueprints.get(actor.blueprint as usize) else { continue };
-        let points: BTreeMap<_, _> = lidars
-            .iter()
-            .filter(|l| l.returns[index] > 0)
-            .map(|l| (l.name.to_owned(), l.returns[index]))
-            .collect();
-        let is_seen = !points.is_empty() || cameras.iter().any(|c| c.seen[index].is_some());
-        if actor.actor_id == ego || !is_seen {
+        if actor.actor_id == ego || !views.is_seen(index) {
             continue;
         }
         let world_from_box =
             actor.pose.then(&Pose::new(Vec3::from_array(blueprint.center_m), glam::Quat::IDENTITY));
-        let views = cameras.iter().filter_map(|camera| {
-            let view = view(camera, camera.seen[index]?, actor, blueprint, &world_from_box, raster);
-            Some((camera.name.to_owned(), view))
-        });
+        let size_m = blueprint.half_extents_m.map(|half| half * 2.0);
+        let made = town::catalogue().get(actor.blueprint as usize);
+        let draw = |optical_from_world: &Affine3A, camera: &Pinhole| {
+            let optical_from_actor = *optical_from_world * actor.pose.affine();
+            let drawn = |made: &Blueprint| {
+                raster.pixels(Part::whole(made.mesh()), &optical_from_actor, camera)
+            };
+            made.map_or(0, drawn)
+        };
         all.push(ActorBox {
             actor_id: actor.actor_id.0,
             blueprint: blueprint.id.clone(),
             tag: blueprint.tag,
             tag_name: tag_name(blueprint.tag),
-            size_m: blueprint.half_extents_m.map(|half| half * 2.0),
+            size_m,
             world_from_box: (&world_from_box).into(),
             velocity_mps: actor.velocity_mps,
             traffic_light_state: traffic_light_state(actor).map(str::to_owned),
-            lidar_points: points,
-            cameras: views.collect(),
+            lidar_points: views.lidar_points(index),
+            cameras: views.in_cameras(index, size_m, &world_from_box, draw),
         });
     }
     all
+}
+
+/// Returns the boxes of all objects of the town that a sensor saw.
+pub(crate) fn object_boxes(boxed: Boxed, views: &Views, raster: &mut Silhouette) -> Vec<ObjectBox> {
+    let first = boxed.actors.len();
+    let seen = (0..boxed.objects.len()).filter(|index| views.is_seen(first + index));
+    let describe = |index: usize| {
+        let object = boxed.objects.describe(index);
+        let (part, world_from_mesh) = boxed.objects.mesh(index);
+        let draw = |optical_from_world: &Affine3A, camera: &Pinhole| {
+            raster.pixels(part, &(*optical_from_world * world_from_mesh), camera)
+        };
+        ObjectBox {
+            object_id: file_id(ObjectId::from_index(index as u32).instance()),
+            layer: object.layer.name().to_owned(),
+            blueprint: object.blueprint.map(str::to_owned),
+            tag: object.tag as u8,
+            tag_name: tag_name(object.tag as u8),
+            size_m: object.size_m,
+            world_from_box: (&object.world_from_box).into(),
+            lidar_points: views.lidar_points(first + index),
+            cameras: views.in_cameras(first + index, object.size_m, &object.world_from_box, draw),
+        }
+    };
+    seen.map(describe).collect()
 }
 
 /// Returns what a traffic light shows; `None` for other actors.
@@ -127,39 +223,6 @@ fn traffic_light_state(actor: &ActorState) -> Option<&'static str> {
     (actor.kind == kind::TRAFFIC_LIGHT).then_some(state)
 }
 
-fn view(
-    camera: &CameraView,
-    seen: Seen,
-    actor: &ActorState,
-    blueprint: &BlueprintInfo,
-    world_from_box: &Pose,
-    raster: &mut Silhouette,
-) -> View {
-    let optical_from_world: Affine3A =
-        (camera.world_from_sensor.affine() * sensor_from_optical()).inverse();
-    let optical_from_box = optical_from_world * world_from_box.affine();
-    let half_extents = Vec3::from_array(blueprint.half_extents_m);
-    let outline = outline(half_extents, &optical_from_box, &camera.camera);
-    let silhouette = match town::catalogue().get(actor.blueprint as usize) {
-        Some(made) => {
-            raster.pixels(made.mesh(), &(optical_from_world * actor.pose.affine()), &camera.camera)
-        }
-        None => 0,
-    };
-    // Steered wheels reach a pixel beyond the mesh that is drawn here.
-    let silhouette = silhouette.max(seen.pixels);
-    let (_, rotation, position) = optical_from_box.to_scale_rotation_translation();
-    View {
-        optical_from_box: (&Pose::new(position, rotation)).into(),
-        visible_box_px: seen.edges_px,
-        projected_box_px: outline.map_or(seen.edges_px.map(|e| e as f32), |o| o.edges_px),
-        visible_px: seen.pixels,
-        unoccluded_px: silhouette,
-        occluded_fraction: 1.0 - seen.pixels as f32 / silhouette as f32,
-        truncated_fraction: outline.map_or(0.0, |o| o.truncated),
-    }
-}
-
 /// Returns the name of a semantic tag: `Car` for 14.
 pub(crate) fn tag_name(code: u8) -> String {
     Tag::from_code(code).map_or_else(|| code.to_string(), |tag| format!("{tag:?}"))
@@ -168,6 +231,12 @@ pub(crate) fn tag_name(code: u8) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use town::Town;
+
+    /// The boxes of actors in a town without objects.
+    fn boxes(actors: &[ActorState], blueprints: &[BlueprintInfo], views: &Views) -> Vec<ActorBox> {
+        actor_boxes(actors, ActorId(1), blueprints, views, &mut Silhouette::default())
+    }
 
     fn actor(id: u32) -> ActorState {
         ActorState { actor_id: ActorId(id), ..ActorState::default() }
@@ -182,7 +251,9 @@ mod tests {
             s, 7, 7, s, 9,
             0, 7, s, 7, 9,
         ];
-        let found = seen(&ids, 5, &[actor(7), actor(8), actor(9)]);
+        let actors = [actor(7), actor(8), actor(9)];
+        let boxed = Boxed { actors: &actors, objects: &StaticObjects::new(Town::default()) };
+        let found = seen(&ids, 5, boxed);
         assert_eq!(
             found,
             [
@@ -195,8 +266,23 @@ mod tests {
 
     #[test]
     fn a_static_object_is_not_the_actor_with_the_same_low_bits() {
-        assert_eq!(seen(&[0x8000_0007], 1, &[actor(7)]), [None]);
-        assert_eq!(returns(&[[0x8000_0007, 3], [7, 14], [7, 14], [0, 0]], &[actor(7)]), [2]);
+        let object = |tag| town::Object {
+            tag,
+            layer: town::Layer::Props,
+            center: Vec3::ZERO,
+            half_extents_m: Vec3::ONE,
+            yaw_rad: 0.0,
+            color: [0; 3],
+        };
+        let objects = [Tag::Static, Tag::Building, Tag::Pole].map(object).to_vec();
+        let objects = StaticObjects::new(Town { objects, ..Town::default() });
+        let boxed = Boxed { actors: &[actor(3)], objects: &objects };
+        // The ground, and objects 1 to 3; 4 is unknown.
+        let ids = [0x8000_0000, 0x8000_0001, 0x8000_0002, 0x8000_0003, 0x8000_0003, 0x8000_0004];
+        let one = |left, pixels| Some(Seen { pixels, edges_px: [left, 0, left + pixels, 1] });
+        assert_eq!(seen(&ids, 6, boxed), [None, one(1, 1), None, one(3, 2)], "no building");
+        let labels = [[0x8000_0003, 6], [3, 14], [3, 14], [0, 0], [0x8000_0002, 3]];
+        assert_eq!(returns(&labels, boxed), [2, 0, 0, 1]);
     }
 
     #[test]
@@ -210,8 +296,8 @@ mod tests {
         let states = [light::RED, light::YELLOW, light::GREEN, light::OFF].map(|phase| {
             let shown = ActorState { kind: kind::TRAFFIC_LIGHT, phase, ..actor(2) };
             let lidar = LidarView { name: "roof", returns: vec![1] };
-            let mut raster = Silhouette::default();
-            let all = boxes(&[shown], ActorId(1), &blueprints, &[], &[lidar], &mut raster);
+            let views = Views { cameras: Vec::new(), lidars: vec![lidar] };
+            let all = boxes(&[shown], &blueprints, &views);
             serde_json::to_value(&all[0]).unwrap()["traffic_light_state"].clone()
         });
         assert_eq!(states, ["red", "yellow", "green", "off"]);
@@ -245,8 +331,7 @@ mod tests {
             seen: vec![Some(seen_2), Some(seen_2), None],
         };
         let lidar = LidarView { name: "roof", returns: vec![0, 0, 5] };
-        let mut raster = Silhouette::default();
-        let all = boxes(&actors, ActorId(1), &blueprints, &[front], &[lidar], &mut raster);
+        let all = boxes(&actors, &blueprints, &Views { cameras: vec![front], lidars: vec![lidar] });
 
         let ids: Vec<_> = all.iter().map(|b| b.actor_id).collect();
         assert_eq!(ids, [2, 3], "the ego is left out");

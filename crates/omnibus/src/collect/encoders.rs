@@ -21,12 +21,13 @@ use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSp
 
 use crate::collect::{
     CollectError,
-    boxes::{self, CameraView, LidarView},
+    boxes::{self, Boxed, CameraView, LidarView, Views},
     ego_sensors::EgoSensors,
     encode::{self, Encoder},
     folder::{Folder, write_atomically},
     format::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
     frame_list::FrameList,
+    objects::StaticObjects,
     sensors::{self, BOXES, Pinhole, Task},
     silhouette::Silhouette,
 };
@@ -84,6 +85,7 @@ pub(crate) struct DataSetContext {
     pub(crate) tasks: Vec<Task>,
     pub(crate) ego: ActorId,
     pub(crate) blueprints: Vec<BlueprintInfo>,
+    pub(crate) objects: StaticObjects,
 }
 
 struct Shared {
@@ -318,35 +320,36 @@ impl Shared {
     }
 
     fn boxes(&self, data: &FrameData, buffers: &mut WorkerBuffers) -> Result<(), CollectError> {
-        let (mut cameras, mut lidars) = (Vec::new(), Vec::new());
-        for (index, spec) in self.context.sensors.iter().enumerate() {
+        let context = &self.context;
+        let boxed = Boxed { actors: &data.actors, objects: &context.objects };
+        let mut views = Views { cameras: Vec::new(), lidars: Vec::new() };
+        for (index, spec) in context.sensors.iter().enumerate() {
             if spec.outputs & output::INSTANCE != 0 {
                 let (plane, bytes) = data.plane(index, output::INSTANCE)?;
                 let ids = bytemuck::cast_slice(bytes);
-                cameras.push(CameraView {
+                views.cameras.push(CameraView {
                     name: spec.name.as_str(),
                     camera: Pinhole::of(spec),
                     world_from_sensor: plane.world_from_sensor,
-                    seen: boxes::seen(ids, plane.width as usize, &data.actors),
+                    seen: boxes::seen(ids, plane.width as usize, boxed),
                 });
             }
             if spec.outputs & output::LABELS != 0 {
                 let labels = bytemuck::cast_slice(data.plane(index, output::LABELS)?.1);
-                let returns = boxes::returns(labels, &data.actors);
-                lidars.push(LidarView { name: spec.name.as_str(), returns });
+                let returns = boxes::returns(labels, boxed);
+                views.lidars.push(LidarView { name: spec.name.as_str(), returns });
             }
         }
-        let context = &self.context;
-        let actors = boxes::boxes(
+        let actors = boxes::actor_boxes(
             &data.actors,
             context.ego,
             &context.blueprints,
-            &cameras,
-            &lidars,
+            &views,
             &mut buffers.raster,
         );
-        data.counts.boxes.store(actors.len() as u64, Ordering::Relaxed);
-        let boxes = Boxes { frame: data.frame(), actors };
+        let objects = boxes::object_boxes(boxed, &views, &mut buffers.raster);
+        let boxes = Boxes { frame: data.frame(), actors, objects };
+        data.counts.boxes.store(boxes.count(), Ordering::Relaxed);
         let text = serde_json::to_vec(&boxes).expect("plain data has a JSON form");
         self.write(data, BOXES, "json", &text)
     }

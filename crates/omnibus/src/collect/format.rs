@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::collect::{ego_sensors::EgoSensors, events::Event};
 
 /// The version of the format.
-pub(crate) const FORMAT: &str = "omnibus-dataset-2";
+pub(crate) const FORMAT: &str = "omnibus-dataset-3";
 
 /// `metadata.json`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -189,7 +189,7 @@ pub(crate) struct FrameLine {
     pub(crate) tracer: String,
     pub(crate) ego: Ego,
     pub(crate) sensors: Vec<SensorPose>,
-    /// The number of actors in `boxes/`.
+    /// The number of entries in `boxes/`: actors and objects.
     pub(crate) box_count: u64,
     /// The number of returns in the files of each lidar.
     pub(crate) point_counts: BTreeMap<String, u64>,
@@ -263,11 +263,21 @@ pub(crate) struct SensorPose {
     pub(crate) world_from_sensor: Transform,
 }
 
-/// A file of `boxes/`: every actor except the ego that a sensor saw.
+/// A file of `boxes/`: everything with a class and an extent of its own that a sensor saw.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Boxes {
     pub(crate) frame: u64,
+    /// Every actor except the ego.
     pub(crate) actors: Vec<ActorBox>,
+    /// Every static object of the town: parked vehicles, poles, signs, plants, props.
+    pub(crate) objects: Vec<ObjectBox>,
+}
+
+impl Boxes {
+    /// Returns the number of boxes.
+    pub(crate) fn count(&self) -> u64 {
+        (self.actors.len() + self.objects.len()) as u64
+    }
 }
 
 /// One actor and its boxes.
@@ -291,18 +301,40 @@ pub(crate) struct ActorBox {
     pub(crate) cameras: BTreeMap<String, View>,
 }
 
-/// An actor in one camera's image.
+/// One static object and its boxes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ObjectBox {
+    /// As in instance images and labels.
+    pub(crate) object_id: u32,
+    /// The layer of the town that hides it.
+    pub(crate) layer: String,
+    /// Of a parked vehicle. Absent for other objects.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) blueprint: Option<String>,
+    pub(crate) tag: u8,
+    pub(crate) tag_name: String,
+    /// Length, width, height.
+    pub(crate) size_m: [f32; 3],
+    /// The centre of the box; its x axis is the object's own.
+    pub(crate) world_from_box: Transform,
+    /// The number of returns on the object, for each lidar that hit it.
+    pub(crate) lidar_points: BTreeMap<String, u32>,
+    /// The object in the image of each camera that saw it.
+    pub(crate) cameras: BTreeMap<String, View>,
+}
+
+/// An actor or object in one camera's image.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct View {
     /// The box in optical space.
     pub(crate) optical_from_box: Transform,
-    /// Left, top, right, bottom edge of its visible pixels.
+    /// Left, top, right, bottom edge of its visible pixels; right and bottom are exclusive.
     pub(crate) visible_box_px: [u32; 4],
     /// Left, top, right, bottom edge of the projected box, clipped to the image.
     pub(crate) projected_box_px: [f32; 4],
-    /// Pixels that show the actor.
+    /// Pixels that show it.
     pub(crate) visible_px: u32,
-    /// Pixels that would show the actor if nothing occluded it.
+    /// Pixels that would show it if nothing occluded it.
     pub(crate) unoccluded_px: u32,
     /// `1 − visible_px / unoccluded_px`, not below 0.
     pub(crate) occluded_fraction: f32,

@@ -81,7 +81,7 @@ fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Re
     if folder == BOXES {
         let boxes: Boxes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
         expect("frame", boxes.frame, line.frame)?;
-        expect("boxes", boxes.actors.len() as u64, line.box_count)?;
+        expect("boxes", boxes.count(), line.box_count)?;
     } else if let Some(camera) = sensor.and_then(|s| s.camera.as_ref()) {
         let image = decode::png(file)?;
         expect("width", image.width as u64, camera.width_px.into())?;

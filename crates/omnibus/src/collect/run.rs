@@ -23,6 +23,7 @@ use crate::collect::{
     folder::write_atomically,
     format::{DataSetSettings, SpawnedActors, hash_text, tracer_name},
     metadata::{self, difference},
+    objects::StaticObjects,
     plan::Plan,
     progress::Progress,
     road_users::{Cast, RoadUsers},
@@ -196,6 +197,7 @@ pub(crate) fn collect(
         sensors,
         ego,
         blueprints: client.blueprints().to_vec(),
+        objects: StaticObjects::load(client, &episode)?,
     };
     let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;

@@ -48,14 +48,10 @@ impl Pinhole {
     }
 
     /// Returns the pixel of a point in front of the camera.
+    #[inline]
     pub(crate) fn project(&self, optical: Vec3A) -> [f32; 2] {
         let scale = self.focal_px / optical.z;
-        let [cx, cy] = self.center();
-        [cx + optical.x * scale, cy + optical.y * scale]
-    }
-
-    fn center(&self) -> [f32; 2] {
-        [self.width as f32 * 0.5, self.height as f32 * 0.5]
+        [self.width as f32 * 0.5 + optical.x * scale, self.height as f32 * 0.5 + optical.y * scale]
     }
 }
 
@@ -120,7 +116,7 @@ pub(crate) enum Task {
     Image { sensor: usize, output: u32, folder: String },
     /// The returns of one lidar, with the id and tag of each.
     Points { sensor: usize, points: String, labels: String },
-    /// The boxes of the actors that the sensors saw.
+    /// The boxes of what the sensors saw.
     Boxes,
 }
 
@@ -186,9 +182,9 @@ pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
             Task::Boxes => add(
                 BOXES,
                 "json",
-                "every actor but the ego that a sensor saw: its box in the world and in each \
-                 camera's optical space, its visible and its projected box in the image, and how \
-                 much of it is occluded",
+                "every actor but the ego and every static object that a sensor saw: its box in the \
+                 world and in each camera's optical space, its visible and its projected box in \
+                 the image, and how much of it is occluded",
             ),
         }
     }
