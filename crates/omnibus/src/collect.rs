@@ -26,6 +26,7 @@ mod format;
 mod frame_list;
 mod inspect;
 mod job;
+mod map_lines;
 mod metadata;
 mod objects;
 mod options;
@@ -42,6 +43,8 @@ mod sky;
 mod stages;
 #[cfg(test)]
 mod testing;
+mod tracks;
+mod verify;
 
 pub(crate) use actors::{EGO, places};
 pub(crate) use encode::Encoder;
@@ -56,3 +59,4 @@ pub(crate) use run::collect;
 pub(crate) use scenes::{collect_scenes, prepare};
 pub(crate) use sensors::default_sensors;
 pub(crate) use sky::{WeatherEntry, sun_rad};
+pub(crate) use verify::verify;

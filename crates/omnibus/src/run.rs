@@ -2,6 +2,7 @@
 //! client.
 
 use std::{
+    path::PathBuf,
     sync::{Arc, atomic::AtomicBool},
     thread::JoinHandle,
 };
@@ -121,11 +122,18 @@ pub(crate) struct CollectArgs {
     world: WorldArgs,
     #[command(flatten)]
     options: dataset::Options,
+    /// Check a data set instead: checksums, counts, stamps, boxes against images, lidar against depth
+    #[arg(long, value_name = "DIR", exclusive = true)]
+    verify: Option<PathBuf>,
 }
 
 /// Collects a data set in a simulator of its own, or the scenes of a plan each in one of its own.
 pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
-    let CollectArgs { world, options } = args;
+    let CollectArgs { world, options, verify } = args;
+    if let Some(dir) = verify {
+        print_line!("{}", dataset::verify(dir)?);
+        return Ok(());
+    }
     if let Some(name) = &options.init {
         // The text ends with a line feed of its own.
         print_line!("{}", dataset::template(name)?.trim_end());

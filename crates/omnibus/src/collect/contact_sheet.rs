@@ -17,6 +17,9 @@ use crate::collect::{
     sensors::BOXES,
 };
 
+/// The name of the file.
+pub(crate) const NAME: &str = "contact-sheet.png";
+
 const ROWS: usize = 5;
 const TILE_WIDTH: usize = 400;
 const GAP: usize = 4;
@@ -53,7 +56,7 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
             draw_lidar(&mut sheet, row, folder, lidar, line)?;
         }
     }
-    let path = folder.root().join("contact-sheet.png");
+    let path = folder.root().join(NAME);
     let mut encoder = Encoder::default();
     encoder.picture([sheet.width as u32, sheet.height as u32], &sheet.pixels)?;
     write_atomically(&path, &encoder.file)?;

@@ -18,7 +18,6 @@ impl Image {
     }
 
     /// Returns the ids of an instance image.
-    #[cfg(test)]
     pub(crate) fn ids(&self) -> Vec<u32> {
         self.bytes.chunks_exact(3).map(|b| u32::from_le_bytes([b[0], b[1], b[2], 0])).collect()
     }
@@ -43,7 +42,6 @@ pub(crate) fn floats(bytes: &[u8]) -> Vec<f32> {
 }
 
 /// Decodes little-endian u32 values.
-#[cfg(test)]
 pub(crate) fn words(bytes: &[u8]) -> Vec<u32> {
     let four = |b: &[u8]| u32::from_le_bytes([b[0], b[1], b[2], b[3]]);
     bytes.chunks_exact(4).map(four).collect()

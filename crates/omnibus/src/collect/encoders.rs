@@ -17,7 +17,9 @@ use std::{
 
 use bus::clock;
 use crossbeam::channel::{Receiver, Sender, bounded};
-use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, output};
+use protocol::{
+    ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, Weather, output, sensor,
+};
 
 use crate::collect::{
     CollectError,
@@ -27,8 +29,9 @@ use crate::collect::{
     folder::{Folder, write_atomically},
     format::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
     frame_list::FrameList,
+    map_lines::{FrameLanes, LaneLines},
     objects::StaticObjects,
-    sensors::{self, BOXES, Pinhole, Task},
+    sensors::{self, BOXES, LANES, Pinhole, Task, sensor_from_optical},
     silhouette::Silhouette,
 };
 
@@ -45,6 +48,7 @@ pub(crate) struct FrameData {
     pub(crate) bytes: Bytes,
     /// All actors at that frame, sorted by id.
     pub(crate) actors: Vec<ActorState>,
+    pub(crate) weather: Weather,
     /// Readings of the physics sensors since the frame before that was kept.
     pub(crate) ego_sensors: Vec<EgoSensors>,
     pub(crate) counts: FrameCounts,
@@ -56,6 +60,7 @@ pub(crate) struct FrameCounts {
     done: AtomicU64,
     boxes: AtomicU64,
     points: Mutex<BTreeMap<String, u64>>,
+    files_crc32: Mutex<BTreeMap<String, u32>>,
 }
 
 impl FrameData {
@@ -86,6 +91,7 @@ pub(crate) struct DataSetContext {
     pub(crate) ego: ActorId,
     pub(crate) blueprints: Vec<BlueprintInfo>,
     pub(crate) objects: StaticObjects,
+    pub(crate) lanes: LaneLines,
 }
 
 struct Shared {
@@ -215,8 +221,13 @@ impl EncoderPool {
 
 impl Shared {
     fn frame_list(&self) -> MutexGuard<'_, FrameList> {
-        self.frame_list.lock().unwrap_or_else(PoisonError::into_inner)
+        lock(&self.frame_list)
     }
+}
+
+/// Nothing that a panic could leave half done is kept under these locks.
+fn lock<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Memory that a thread reuses.
@@ -262,6 +273,7 @@ impl Shared {
                 self.points(data, *sensor, [points, labels], buffers)?;
             }
             Task::Boxes => self.boxes(data, buffers)?,
+            Task::Lanes => self.lanes(data)?,
         }
         let done = data.counts.done.fetch_add(1, Ordering::AcqRel) + 1;
         if done == self.context.tasks.len() as u64 {
@@ -278,6 +290,7 @@ impl Shared {
         bytes: &[u8],
     ) -> Result<(), CollectError> {
         write_atomically(&self.context.folder.frame_file(folder, data.frame(), kind), bytes)?;
+        lock(&data.counts.files_crc32).insert(folder.to_owned(), crc32fast::hash(bytes));
         self.bytes.fetch_add(bytes.len() as u64, Ordering::Relaxed);
         Ok(())
     }
@@ -314,7 +327,7 @@ impl Shared {
         let met = bytemuck::cast_slice(data.plane(sensor, output::LABELS)?.1);
         let count = encode::returns(rays, met, &mut buffers.points, &mut buffers.labels);
         let name = self.context.sensors[sensor].name.to_string();
-        data.counts.points.lock().unwrap_or_else(PoisonError::into_inner).insert(name, count);
+        lock(&data.counts.points).insert(name, count);
         self.write(data, points_folder, "bin", &buffers.points)?;
         self.write(data, labels_folder, "bin", &buffers.labels)
     }
@@ -354,6 +367,25 @@ impl Shared {
         self.write(data, BOXES, "json", &text)
     }
 
+    fn lanes(&self, data: &FrameData) -> Result<(), CollectError> {
+        let mut cameras = BTreeMap::new();
+        for (index, spec) in self.context.sensors.iter().enumerate() {
+            if spec.kind != sensor::CAMERA {
+                continue;
+            }
+            let Some(plane) = data.planes.iter().find(|p| p.sensor as usize == index) else {
+                continue;
+            };
+            let world_from_optical = plane.world_from_sensor.affine() * sensor_from_optical();
+            let lines =
+                self.context.lanes.in_image(&world_from_optical.inverse(), &Pinhole::of(spec));
+            cameras.insert(spec.name.to_string(), lines);
+        }
+        let lanes = FrameLanes { frame: data.frame(), cameras };
+        let text = serde_json::to_vec(&lanes).expect("plain data has a JSON form");
+        self.write(data, LANES, "json", &text)
+    }
+
     fn line(&self, data: &FrameData) -> FrameLine {
         let header = &data.header;
         let ego = data.actors.iter().find(|a| a.actor_id == self.context.ego);
@@ -368,10 +400,12 @@ impl Shared {
             state_hash: hash_text(header.state_hash),
             tracer: tracer_name(header.tracer).to_owned(),
             ego: Ego::from(ego.unwrap_or(&ActorState::default())),
+            weather: data.weather.into(),
             sensors: self.context.sensors.iter().enumerate().filter_map(pose).collect(),
             box_count: data.counts.boxes.load(Ordering::Relaxed),
-            point_counts: data.counts.points.lock().unwrap_or_else(PoisonError::into_inner).clone(),
+            point_counts: lock(&data.counts.points).clone(),
             ego_sensors: data.ego_sensors.clone(),
+            files_crc32: lock(&data.counts.files_crc32).clone(),
         }
     }
 }

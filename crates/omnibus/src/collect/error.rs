@@ -71,6 +71,9 @@ pub(crate) enum CollectError {
         dir = .dir.display()
     )]
     CutShort { why: Box<CollectError>, dir: PathBuf, complete: u64, wanted: u64 },
+    /// `--verify` found faults; a line for each kind.
+    #[error("{dir} has faults\n{faults}", dir = .dir.display())]
+    Unsound { dir: PathBuf, faults: String },
     /// Files of the data set are missing or faulty.
     #[error("{dir}: {count} faults, the first: {first}", dir = .dir.display())]
     Faulty { dir: PathBuf, count: usize, first: String },

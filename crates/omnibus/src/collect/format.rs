@@ -38,6 +38,9 @@ pub(crate) struct Metadata {
     pub(crate) conventions: BTreeMap<String, String>,
     /// Codes of the semantic tags.
     pub(crate) tags: BTreeMap<u8, String>,
+    /// CRC-32 of every file that belongs to no frame, except this one; empty until all requested
+    /// frames are complete.
+    pub(crate) files_crc32: BTreeMap<String, u32>,
 }
 
 /// Everything that decides what the frames show: the same settings and build give the same data
@@ -188,6 +191,7 @@ pub(crate) struct FrameLine {
     pub(crate) state_hash: String,
     pub(crate) tracer: String,
     pub(crate) ego: Ego,
+    pub(crate) weather: WeatherSettings,
     pub(crate) sensors: Vec<SensorPose>,
     /// The number of entries in `boxes/`: actors and objects.
     pub(crate) box_count: u64,
@@ -196,6 +200,8 @@ pub(crate) struct FrameLine {
     /// Readings of the physics sensors, at each frame since the frame before that was kept.
     #[serde(default)]
     pub(crate) ego_sensors: Vec<EgoSensors>,
+    /// CRC-32 of the files of the frame, by folder.
+    pub(crate) files_crc32: BTreeMap<String, u32>,
 }
 
 /// A rigid transform.

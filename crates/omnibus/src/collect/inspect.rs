@@ -7,7 +7,8 @@ use crate::collect::{
     folder::Folder,
     format::{Boxes, FrameLine, Metadata},
     frame_list,
-    sensors::BOXES,
+    map_lines::FrameLanes,
+    sensors::{BOXES, LANES},
 };
 
 /// The contents of a data set.
@@ -75,13 +76,21 @@ pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
 }
 
 /// Checks one file against the line of its frame and returns its length.
-fn check(metadata: &Metadata, folder: &str, line: &FrameLine, file: &[u8]) -> Result<u64, String> {
+pub(crate) fn check(
+    metadata: &Metadata,
+    folder: &str,
+    line: &FrameLine,
+    file: &[u8],
+) -> Result<u64, String> {
     let (name, output) = folder.split_once('/').unwrap_or((folder, ""));
     let sensor = metadata.settings.sensors.iter().find(|s| s.name == name);
     if folder == BOXES {
         let boxes: Boxes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
         expect("frame", boxes.frame, line.frame)?;
         expect("boxes", boxes.count(), line.box_count)?;
+    } else if folder == LANES {
+        let lanes: FrameLanes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
+        expect("frame", lanes.frame, line.frame)?;
     } else if let Some(camera) = sensor.and_then(|s| s.camera.as_ref()) {
         let image = decode::png(file)?;
         expect("width", image.width as u64, camera.width_px.into())?;

@@ -30,6 +30,7 @@ pub(crate) fn of(
         outputs: sensors::outputs(sensors),
         conventions: conventions(),
         tags: Tag::ALL.iter().map(|tag| (*tag as u8, format!("{tag:?}"))).collect(),
+        files_crc32: BTreeMap::new(),
     }
 }
 

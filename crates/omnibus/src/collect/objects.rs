@@ -69,6 +69,11 @@ impl StaticObjects {
         self.shapes.len()
     }
 
+    /// Returns the places of the boxes of traffic lights.
+    pub(crate) fn traffic_light_heads(&self) -> &[town::Head] {
+        &self.town.heads
+    }
+
     /// Whether the object at an index has a box.
     pub(crate) fn has_box(&self, index: usize) -> bool {
         self.town.objects.get(index).is_some_and(|object| has_extent(object.tag))

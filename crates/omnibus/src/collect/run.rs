@@ -20,8 +20,9 @@ use crate::collect::{
     ego_sensors::{EgoSensors, ego_sensor_specs},
     encoders::{Bytes, DataSetContext, EncoderPool, FrameCounts, FrameData, Permit, make_folders},
     events::Event,
-    folder::write_atomically,
+    folder::{Folder, write_atomically},
     format::{DataSetSettings, SpawnedActors, hash_text, tracer_name},
+    map_lines::{LANES, LaneLines, LaneMap},
     metadata::{self, difference},
     objects::StaticObjects,
     plan::Plan,
@@ -29,6 +30,7 @@ use crate::collect::{
     road_users::{Cast, RoadUsers},
     sensors,
     stages::Stages,
+    tracks::{TRACKS, Tracks},
 };
 
 /// Frames that the encoders hold or that wait for them. A reader may hold 8.
@@ -190,6 +192,10 @@ pub(crate) fn collect(
     make_folders(&folder, &sensors)?;
     folder.remove_partial_files(sensors::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
     write_map(&folder, &episode)?;
+    let objects = StaticObjects::load(client, &episode)?;
+    let network = client.map()?;
+    let lanes = LaneMap::new(&network, objects.traffic_light_heads(), client.world().states());
+    lanes.write(&folder)?;
 
     let context = DataSetContext {
         folder: folder.clone(),
@@ -197,7 +203,8 @@ pub(crate) fn collect(
         sensors,
         ego,
         blueprints: client.blueprints().to_vec(),
-        objects: StaticObjects::load(client, &episode)?,
+        objects,
+        lanes: LaneLines::new(lanes),
     };
     let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;
@@ -253,9 +260,16 @@ pub(crate) fn collect(
             _ => CollectError::CutShort { why, dir, complete, wanted: plan.frames },
         });
     }
+    let contact_sheet = contact_sheet::make(&folder, &metadata)?;
+    let (lines, _) = super::frame_list::read(&folder.frames())?;
+    Tracks::read(&folder, &lines)?.write(&folder)?;
+    for name in ["frames.jsonl", MAP, LANES, TRACKS, contact_sheet::NAME] {
+        let path = folder.root().join(name);
+        let bytes = std::fs::read(&path).map_err(|e| CollectError::io(&path, e))?;
+        metadata.files_crc32.insert(name.to_owned(), crc32fast::hash(&bytes));
+    }
     metadata.complete = true;
     folder.write_metadata(&metadata)?;
-    let contact_sheet = contact_sheet::make(&folder, &metadata)?;
     Ok(Summary {
         dir: folder.root().to_owned(),
         frames: complete,
@@ -269,14 +283,17 @@ pub(crate) fn collect(
     })
 }
 
-fn write_map(folder: &super::folder::Folder, episode: &Episode) -> Result<(), CollectError> {
-    write_atomically(&folder.root().join("map.xodr"), episode.open_drive.as_bytes())
+const MAP: &str = "map.xodr";
+
+fn write_map(folder: &Folder, episode: &Episode) -> Result<(), CollectError> {
+    write_atomically(&folder.root().join(MAP), episode.open_drive.as_bytes())
 }
 
 /// A snapshot whose bundle has not arrived.
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
+    weather: Weather,
     ego_sensors: Vec<EgoSensors>,
 }
 
@@ -317,6 +334,7 @@ struct Run<'a> {
     /// Frames after this one are kept.
     first_kept: Frame,
     road_users: RoadUsers,
+    /// The weather of the next frame.
     weather: Weather,
     /// Events that are to come.
     events: Vec<Event>,
@@ -453,7 +471,8 @@ impl Run<'_> {
         if self.receipt.is_due(&self.bundle.sensors()[0], &header) {
             let (actors, ego_sensors) =
                 (client.world().states().to_vec(), std::mem::take(&mut self.ego_sensors));
-            self.awaited.push_back(Awaited { header, actors, ego_sensors });
+            let weather = self.weather;
+            self.awaited.push_back(Awaited { header, actors, weather, ego_sensors });
         }
     }
 
@@ -482,7 +501,8 @@ impl Run<'_> {
             let hash = hash_text(header.state_hash);
             return Err(self.wrong_frame(&format!("{} (state hash {hash})", header.stamp.frame)));
         }
-        let Awaited { actors, ego_sensors, .. } = self.awaited.pop_front().expect("it is there");
+        let Awaited { actors, weather, ego_sensors, .. } =
+            self.awaited.pop_front().expect("it is there");
         self.stages.add_bundle(&header);
         self.stages.frames += 1;
         let tracer = tracer_name(header.tracer);
@@ -498,6 +518,7 @@ impl Run<'_> {
             planes,
             bytes,
             actors,
+            weather,
             ego_sensors,
             counts,
         });

@@ -118,10 +118,15 @@ pub(crate) enum Task {
     Points { sensor: usize, points: String, labels: String },
     /// The boxes of what the sensors saw.
     Boxes,
+    /// The lane lines in the images.
+    Lanes,
 }
 
 /// The folder of the boxes.
 pub(crate) const BOXES: &str = "boxes";
+
+/// The folder of the lane lines.
+pub(crate) const LANES: &str = "lanes";
 
 /// Returns everything to write for every frame, the slowest first.
 pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
@@ -144,6 +149,7 @@ pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
         }
     }
     tasks.push(Task::Boxes);
+    tasks.push(Task::Lanes);
     tasks
 }
 
@@ -185,6 +191,12 @@ pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
                 "every actor but the ego and every static object that a sensor saw: its box in the \
                  world and in each camera's optical space, its visible and its projected box in \
                  the image, and how much of it is occluded",
+            ),
+            Task::Lanes => add(
+                LANES,
+                "json",
+                "every lane boundary with a mark in each camera's image, up to 80 m along the \
+                 optical axis, whether or not something hides it; lanes.json has all of the map",
             ),
         }
     }
@@ -254,7 +266,8 @@ mod tests {
                 "front/tag",
                 "lidar/points",
                 "lidar/labels",
-                "boxes"
+                "boxes",
+                "lanes"
             ]
         );
     }

@@ -26,6 +26,8 @@ pub(crate) fn line(frame: u64) -> FrameLine {
         box_count: 0,
         point_counts: BTreeMap::new(),
         ego_sensors: Vec::new(),
+        weather: protocol::Weather::default().into(),
+        files_crc32: BTreeMap::new(),
     }
 }
 

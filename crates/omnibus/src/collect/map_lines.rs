@@ -1,0 +1,531 @@
+//! The lanes of the map in plain form, `lanes.json`, and the lane lines in a camera's image.
+
+use glam::{Affine3A, DVec3, Vec3A};
+use protocol::{ActorState, kind};
+use road::{LaneIndex, LanePoint, LaneType, MarkKind, Network, RoadMark};
+use serde::{Deserialize, Serialize};
+
+use crate::collect::{
+    CollectError,
+    folder::{Folder, write_atomically},
+    sensors::Pinhole,
+    silhouette::NEAR_M,
+};
+
+/// The distance between points of a line before those in a straight row are left out. Metres.
+const STEP_M: f64 = 1.0;
+/// How far a point may lie beside the straight line between its neighbours to be left out. Metres.
+const STRAIGHT_M: f64 = 0.01;
+/// Lane lines in images end here. Metres along the optical axis.
+pub(crate) const RANGE_M: f32 = 80.0;
+
+/// `lanes.json`: the map in world space.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LaneMap {
+    pub(crate) lanes: Vec<LaneEntry>,
+    pub(crate) boundaries: Vec<Boundary>,
+    pub(crate) crosswalks: Vec<CrosswalkEntry>,
+    pub(crate) stop_lines: Vec<StopLine>,
+    pub(crate) signals: Vec<SignalEntry>,
+}
+
+/// One lane of one section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LaneEntry {
+    /// OpenDRIVE's id of the road.
+    pub(crate) road: String,
+    pub(crate) section: u32,
+    /// OpenDRIVE's id of the lane.
+    pub(crate) lane_id: i32,
+    /// OpenDRIVE's type of the lane.
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    /// OpenDRIVE's id of the junction that the road belongs to.
+    pub(crate) junction: Option<String>,
+    /// Where the lane begins.
+    pub(crate) speed_limit_mps: Option<f64>,
+    /// Indices of lanes, in driving direction.
+    pub(crate) successors: Vec<u32>,
+    pub(crate) predecessors: Vec<u32>,
+    pub(crate) left: Option<u32>,
+    pub(crate) right: Option<u32>,
+    /// Whether marks allow a change anywhere.
+    pub(crate) may_change_left: bool,
+    pub(crate) may_change_right: bool,
+    /// The centre line in driving direction.
+    pub(crate) points_m: Vec<[f64; 3]>,
+}
+
+/// A border between two lanes, or at the edge of a road, where it has one mark.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Boundary {
+    /// OpenDRIVE's id of the road.
+    pub(crate) road: String,
+    pub(crate) section: u32,
+    /// OpenDRIVE's ids of the lanes on both sides, seen along the points; `None` at an edge.
+    pub(crate) left_lane_id: Option<i32>,
+    pub(crate) right_lane_id: Option<i32>,
+    /// OpenDRIVE's names; `none` is no mark.
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    pub(crate) color: String,
+    /// Of a single line.
+    pub(crate) width_m: f64,
+    /// In which directions of lane ids it may be crossed.
+    pub(crate) lane_change: String,
+    /// Along rising s.
+    pub(crate) points_m: Vec<[f64; 3]>,
+}
+
+/// A crosswalk.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct CrosswalkEntry {
+    /// OpenDRIVE's id of the object.
+    pub(crate) id: String,
+    pub(crate) road: String,
+    /// The first corner is not repeated.
+    pub(crate) corners_m: Vec<[f64; 3]>,
+}
+
+/// Where traffic of one lane waits for a signal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct StopLine {
+    /// Index of the signal.
+    pub(crate) signal: u32,
+    /// Index of the lane.
+    pub(crate) lane: u32,
+    /// The left and the right end.
+    pub(crate) points_m: [[f64; 3]; 2],
+}
+
+/// A traffic light or sign.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct SignalEntry {
+    /// OpenDRIVE's attributes.
+    pub(crate) id: String,
+    pub(crate) name: String,
+    pub(crate) road: String,
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    pub(crate) subtype: String,
+    pub(crate) country: String,
+    pub(crate) value: Option<f64>,
+    pub(crate) unit: String,
+    pub(crate) text: String,
+    pub(crate) is_traffic_light: bool,
+    /// Of a traffic light: its id in images and boxes.
+    pub(crate) actor_id: Option<u32>,
+    pub(crate) position_m: [f64; 3],
+    /// The direction that its face looks in, counter-clockwise from x.
+    pub(crate) heading_rad: f64,
+    /// Indices of the lanes that it applies to.
+    pub(crate) lanes: Vec<u32>,
+}
+
+/// A file of `lanes/`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct FrameLanes {
+    pub(crate) frame: u64,
+    pub(crate) cameras: std::collections::BTreeMap<String, Vec<ImageLine>>,
+}
+
+/// A visible part of a boundary with a mark.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ImageLine {
+    /// Index of the boundary in `lanes.json`, and what it says.
+    pub(crate) boundary: u32,
+    pub(crate) road: String,
+    pub(crate) left_lane_id: Option<i32>,
+    pub(crate) right_lane_id: Option<i32>,
+    #[serde(rename = "type")]
+    pub(crate) kind: String,
+    pub(crate) color: String,
+    pub(crate) points_px: Vec<[f32; 2]>,
+}
+
+impl LaneMap {
+    /// Describes a map. `town` and `actors` say which actor a traffic light is.
+    pub(crate) fn new(network: &Network, heads: &[town::Head], actors: &[ActorState]) -> LaneMap {
+        let mut map = LaneMap {
+            lanes: network.lanes().iter().map(|lane| lane_entry(network, lane)).collect(),
+            ..LaneMap::default()
+        };
+        for road in network.roads() {
+            for (number, section) in (0..).zip(&road.sections) {
+                for border in borders(network, section) {
+                    add_boundaries(&mut map.boundaries, network, &road.id, number, &border);
+                }
+            }
+        }
+        let road_id = |road: u32| network.roads()[road as usize].id.clone();
+        map.crosswalks.extend(network.crosswalks().map(|walk| CrosswalkEntry {
+            id: walk.object.id.clone(),
+            road: road_id(walk.object.road),
+            corners_m: walk.corners.iter().map(|corner| millimetres(*corner)).collect(),
+        }));
+        for (number, signal) in (0..).zip(network.signals()) {
+            let lights = || actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT);
+            let head = heads.iter().find(|head| head.signal == number);
+            let actor = head.and_then(|head| {
+                lights().find(|actor| actor.pose.position().distance(head.position) < 0.01)
+            });
+            map.signals.push(SignalEntry {
+                id: signal.id.clone(),
+                name: signal.name.clone(),
+                road: road_id(signal.road),
+                kind: signal.kind.clone(),
+                subtype: signal.subtype.clone(),
+                country: signal.country.clone(),
+                value: signal.value,
+                unit: signal.unit.clone(),
+                text: signal.text.clone(),
+                is_traffic_light: signal.dynamic,
+                actor_id: actor.map(|actor| actor.actor_id.0),
+                position_m: millimetres(signal.pose.position),
+                heading_rad: signal.pose.heading_rad,
+                lanes: signal.lanes.iter().map(|(lane, _)| lane.0).collect(),
+            });
+            if signal.dynamic || signal.kind == STOP_SIGN {
+                map.stop_lines.extend(stop_lines(network, number, signal));
+            }
+        }
+        map
+    }
+
+    /// Writes the file.
+    pub(crate) fn write(&self, folder: &Folder) -> Result<(), CollectError> {
+        let mut text = serde_json::to_vec(self).expect("plain data has a JSON form");
+        text.push(b'\n');
+        write_atomically(&folder.root().join(LANES), &text)
+    }
+}
+
+/// The name of the file.
+pub(crate) const LANES: &str = "lanes.json";
+
+/// OpenDRIVE's type of a stop sign, in Germany's catalogue.
+const STOP_SIGN: &str = "206";
+
+fn lane_entry(network: &Network, lane: &road::Lane) -> LaneEntry {
+    let junction = lane.junction.map(|index| network.junctions()[index as usize].id.clone());
+    let index = |lane: LaneIndex| lane.0;
+    LaneEntry {
+        road: network.roads()[lane.road as usize].id.clone(),
+        section: lane.section,
+        lane_id: lane.id,
+        kind: lane.kind.text().to_owned(),
+        junction,
+        speed_limit_mps: lane.speed_limit_mps,
+        successors: lane.successors.iter().copied().map(index).collect(),
+        predecessors: lane.predecessors.iter().copied().map(index).collect(),
+        left: lane.left.map(index),
+        right: lane.right.map(index),
+        may_change_left: lane.left_change,
+        may_change_right: lane.right_change,
+        points_m: line(0.0, lane.length_m, |along_m| {
+            network.place_at(lane.index, along_m, 0.0).position
+        }),
+    }
+}
+
+fn stop_lines(network: &Network, number: u32, signal: &road::Signal) -> Vec<StopLine> {
+    let approaches = network.approaches(signal).into_iter();
+    let driven = approaches.filter(|at| network.lane(at.lane).kind == LaneType::Driving);
+    let across = |at: LanePoint| {
+        let half = network.width(at) * 0.5;
+        let end = |left| millimetres(network.place_at(at.lane, at.along_m, left).position);
+        StopLine { signal: number, lane: at.lane.0, points_m: [end(half), end(-half)] }
+    };
+    driven.map(across).collect()
+}
+
+/// One border of a section, along one of its lanes.
+struct Border<'a> {
+    lane: &'a road::Lane,
+    /// Whether it is the lane's border to the left along rising s.
+    is_left: bool,
+    left_lane_id: Option<i32>,
+    right_lane_id: Option<i32>,
+    marks: &'a [RoadMark],
+}
+
+/// Returns the borders of a section from left to right.
+fn borders<'a>(network: &'a Network, section: &'a road::Section) -> Vec<Border<'a>> {
+    let lanes: Vec<_> = section.lanes.iter().map(|lane| network.lane(*lane)).collect();
+    let mut borders = Vec::new();
+    for place in 0..=lanes.len() {
+        let left = place.checked_sub(1).map(|at| lanes[at]);
+        let right = lanes.get(place).copied();
+        let ids = [left, right].map(|lane| lane.map(|lane| lane.id));
+        // A lane has the marks of its outer border.
+        let (lane, is_left, marks) = match (left, right) {
+            (_, Some(right)) if right.id > 0 => (right, true, &right.marks),
+            (Some(left), _) if left.id < 0 => (left, false, &left.marks),
+            (_, Some(right)) => (right, true, &section.marks),
+            (Some(left), None) => (left, false, &section.marks),
+            (None, None) => continue,
+        };
+        let [left_lane_id, right_lane_id] = ids;
+        borders.push(Border { lane, is_left, left_lane_id, right_lane_id, marks });
+    }
+    borders
+}
+
+/// Adds a border, in one part for each of its marks.
+fn add_boundaries(
+    boundaries: &mut Vec<Boundary>,
+    network: &Network,
+    road: &str,
+    section: u32,
+    border: &Border,
+) {
+    let lane = border.lane;
+    let point = |ds: f64| {
+        let along_m = if lane.forward { ds } else { lane.length_m - ds };
+        let half = network.width(LanePoint { lane: lane.index, along_m }) * 0.5;
+        let to_left = if border.is_left == lane.forward { half } else { -half };
+        network.place_at(lane.index, along_m, to_left).position
+    };
+    let mut starts = vec![(0.0, None)];
+    for mark in border.marks {
+        if mark.from_m <= 1e-6 {
+            starts.clear();
+        }
+        starts.push((mark.from_m.clamp(0.0, lane.length_m), Some(mark)));
+    }
+    let ends: Vec<f64> =
+        starts.iter().skip(1).map(|start| start.0).chain([lane.length_m]).collect();
+    for ((from, mark), to) in starts.into_iter().zip(ends) {
+        if to - from < 1e-6 {
+            continue;
+        }
+        boundaries.push(Boundary {
+            road: road.to_owned(),
+            section,
+            left_lane_id: border.left_lane_id,
+            right_lane_id: border.right_lane_id,
+            kind: mark.map_or(MarkKind::None, |mark| mark.kind).text().to_owned(),
+            color: mark.map_or("", |mark| mark.color.text()).to_owned(),
+            width_m: mark.map_or(0.0, |mark| mark.width_m),
+            lane_change: mark.map_or("both", |mark| mark.change.text()).to_owned(),
+            points_m: line(from, to, point),
+        });
+    }
+}
+
+/// Returns points from `from` to `to`, without those in a straight row.
+fn line(from: f64, to: f64, point: impl Fn(f64) -> DVec3) -> Vec<[f64; 3]> {
+    let steps = ((to - from) / STEP_M).ceil().max(1.0) as usize;
+    let at = |step: usize| point(from + (to - from) * step as f64 / steps as f64);
+    let all: Vec<DVec3> = (0..=steps).map(at).collect();
+    let mut kept = vec![0];
+    while let Some(last) = kept.last().copied()
+        && last < steps
+    {
+        // Twice as far as long as all points between lie on the straight line.
+        let mut next = last + 1;
+        let mut reach = 2;
+        while last + reach <= steps && is_straight(&all[last..=last + reach]) {
+            next = last + reach;
+            reach *= 2;
+        }
+        kept.push(next);
+    }
+    kept.into_iter().map(|at| millimetres(all[at])).collect()
+}
+
+/// Whether all points lie close to the line from the first to the last.
+fn is_straight(points: &[DVec3]) -> bool {
+    let (first, last) = (points[0], points[points.len() - 1]);
+    let along = (last - first).normalize_or_zero();
+    let beside = |point: &DVec3| (point - first - along * (point - first).dot(along)).length();
+    points.iter().all(|point| beside(point) < STRAIGHT_M)
+}
+
+fn millimetres(point: DVec3) -> [f64; 3] {
+    // Adding zero turns -0 into 0.
+    point.to_array().map(|value| (value * 1000.0).round() / 1000.0 + 0.0)
+}
+
+/// The boundaries with a mark, for projection.
+pub(crate) struct LaneLines {
+    boundaries: Vec<Boundary>,
+    lines: Vec<Line>,
+}
+
+struct Line {
+    boundary: u32,
+    /// A ball around all points.
+    center: Vec3A,
+    radius_m: f32,
+    points: Vec<Vec3A>,
+}
+
+impl LaneLines {
+    pub(crate) fn new(map: LaneMap) -> LaneLines {
+        let is_marked = |one: &&(u32, &Boundary)| one.1.kind != MarkKind::None.text();
+        let line = |(boundary, one): (u32, &Boundary)| {
+            let point = |at: &[f64; 3]| DVec3::from_array(*at).as_vec3a();
+            let points: Vec<Vec3A> = one.points_m.iter().map(point).collect();
+            let low = points.iter().copied().fold(Vec3A::MAX, Vec3A::min);
+            let high = points.iter().copied().fold(Vec3A::MIN, Vec3A::max);
+            let radius_m = low.distance(high) * 0.5;
+            Line { boundary, center: (low + high) * 0.5, radius_m, points }
+        };
+        let lines = (0..).zip(&map.boundaries).filter(|one| is_marked(&one)).map(line).collect();
+        LaneLines { boundaries: map.boundaries, lines }
+    }
+
+    /// Returns the lines in an image, whether or not something hides them.
+    pub(crate) fn in_image(
+        &self,
+        optical_from_world: &Affine3A,
+        camera: &Pinhole,
+    ) -> Vec<ImageLine> {
+        let mut found = Vec::new();
+        for line in &self.lines {
+            let center = optical_from_world.transform_point3a(line.center);
+            if center.z + line.radius_m < NEAR_M || center.z - line.radius_m > RANGE_M {
+                continue;
+            }
+            let points: Vec<Vec3A> =
+                line.points.iter().map(|at| optical_from_world.transform_point3a(*at)).collect();
+            for points_px in clipped(&points, camera) {
+                let one = &self.boundaries[line.boundary as usize];
+                found.push(ImageLine {
+                    boundary: line.boundary,
+                    road: one.road.clone(),
+                    left_lane_id: one.left_lane_id,
+                    right_lane_id: one.right_lane_id,
+                    kind: one.kind.clone(),
+                    color: one.color.clone(),
+                    points_px,
+                });
+            }
+        }
+        found
+    }
+}
+
+/// Returns the parts of a line in optical space that lie in the image and in range.
+fn clipped(points: &[Vec3A], camera: &Pinhole) -> Vec<Vec<[f32; 2]>> {
+    let mut parts: Vec<Vec<[f32; 2]>> = Vec::new();
+    let mut is_open = false;
+    for ends in points.windows(2) {
+        let Some(([a, b], is_cut)) = clipped_segment([ends[0], ends[1]], camera) else {
+            is_open = false;
+            continue;
+        };
+        match parts.last_mut().filter(|_| is_open) {
+            Some(part) => part.push(b),
+            None => parts.push(vec![a, b]),
+        }
+        is_open = !is_cut;
+    }
+    parts
+}
+
+/// Returns the visible part of a segment in the image, and whether its end is cut off.
+fn clipped_segment([a, b]: [Vec3A; 2], camera: &Pinhole) -> Option<([[f32; 2]; 2], bool)> {
+    // The half spaces of what is in range, and of the four edges of the image; inside is positive.
+    let half = [camera.width, camera.height].map(|size| size as f32 * 0.5 / camera.focal_px);
+    let inside = |p: Vec3A| {
+        [
+            p.z - NEAR_M,
+            RANGE_M - p.z,
+            half[0] * p.z + p.x,
+            half[0] * p.z - p.x,
+            half[1] * p.z + p.y,
+            half[1] * p.z - p.y,
+        ]
+    };
+    let (mut from, mut to) = (0.0_f32, 1.0_f32);
+    for (here, there) in inside(a).into_iter().zip(inside(b)) {
+        if here < 0.0 && there < 0.0 {
+            return None;
+        }
+        if (here < 0.0) != (there < 0.0) {
+            let share = here / (here - there);
+            if here < 0.0 { from = from.max(share) } else { to = to.min(share) }
+        }
+    }
+    let pixel = |share: f32| {
+        let [u, v] = camera.project(a.lerp(b, share));
+        // A hundredth of a pixel; a rounded point stays in the image.
+        [u, v].map(|px| (px * 100.0).round() / 100.0 + 0.0)
+    };
+    (from < to).then(|| ([pixel(from), pixel(to)], to < 1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
+
+    fn straight() -> (Network, LaneMap) {
+        let text = mapgen::named("Flatford").expect("a named town");
+        let network = Network::parse(&text).expect("a map");
+        let map = LaneMap::new(&network, &[], &[]);
+        (network, map)
+    }
+
+    #[test]
+    fn boundaries_lie_beside_the_centres_of_their_lanes() {
+        let (network, map) = straight();
+        assert_eq!(map.lanes.len(), network.lanes().len());
+        let mut checked = 0;
+        for lane in network.lanes().iter().filter(|lane| lane.kind == LaneType::Driving) {
+            let entry = &map.lanes[lane.index.0 as usize];
+            let of = |ids: [Option<i32>; 2]| ids.contains(&Some(lane.id));
+            let beside: Vec<_> = map
+                .boundaries
+                .iter()
+                .filter(|one| one.road == entry.road && one.section == entry.section)
+                .filter(|one| of([one.left_lane_id, one.right_lane_id]))
+                .collect();
+            assert!(beside.len() >= 2, "a border on each side of {entry:?}");
+            let start = LanePoint { lane: lane.index, along_m: 0.0 };
+            let half = network.width(start) * 0.5;
+            let first = DVec3::from_array(entry.points_m[0]);
+            for one in beside.iter().filter(|_| lane.forward) {
+                let near = DVec3::from_array(one.points_m[0]);
+                let apart = near.distance(first);
+                // A border of several marks has parts that begin further on.
+                if apart < half + 1.0 {
+                    assert!((apart - half).abs() < 0.05, "{apart} {half} {one:?}");
+                    checked += 1;
+                }
+            }
+        }
+        assert!(checked > 100, "{checked}");
+        assert!(map.boundaries.iter().any(|one| one.kind == "broken"));
+        assert!(map.signals.iter().any(|one| one.is_traffic_light));
+        assert!(!map.crosswalks.is_empty() && !map.stop_lines.is_empty());
+    }
+
+    #[test]
+    fn points_in_a_straight_row_are_left_out_and_bends_are_kept() {
+        let row = line(0.0, 100.0, |s| DVec3::new(s, 0.0, 0.0));
+        assert_eq!(row, [[0.0, 0.0, 0.0], [64.0, 0.0, 0.0], [96.0, 0.0, 0.0], [100.0, 0.0, 0.0]]);
+        let bend = |s: f64| DVec3::new((s / 20.0).cos(), (s / 20.0).sin(), 0.0) * 20.0;
+        let kept = line(0.0, 60.0, bend);
+        assert!(kept.len() > 15, "{}", kept.len());
+    }
+
+    #[test]
+    fn a_line_is_clipped_to_the_image_and_to_the_range() {
+        // On the ground 1 m below, straight ahead from behind the camera to far away.
+        let ahead = [Vec3A::new(0.0, 1.0, -5.0), Vec3A::new(0.0, 1.0, 300.0)];
+        let parts = clipped(&ahead, &CAMERA);
+        assert_eq!(parts, [vec![[100.0, 100.0], [100.0, 51.25]]], "from 2 m to 80 m");
+        // Across: leaves the image on both sides.
+        let across = [Vec3A::new(-50.0, 1.0, 10.0), Vec3A::new(50.0, 1.0, 10.0)];
+        assert_eq!(clipped(&across, &CAMERA), [vec![[0.0, 60.0], [200.0, 60.0]]]);
+        let behind = [Vec3A::new(0.0, 1.0, -5.0), Vec3A::new(0.0, 1.0, -1.0)];
+        assert!(clipped(&behind, &CAMERA).is_empty());
+        // Out and in again: two parts.
+        let zigzag = [[0.0, 10.0], [30.0, 10.0], [0.0, 20.0]].map(|[x, z]| Vec3A::new(x, 1.0, z));
+        assert_eq!(clipped(&zigzag, &CAMERA).len(), 2);
+    }
+}
