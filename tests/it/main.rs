@@ -26,6 +26,7 @@ mod fall;
 mod faults;
 mod flood;
 mod fork;
+mod formats;
 mod full;
 mod generated;
 mod hide;

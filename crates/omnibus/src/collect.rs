@@ -15,14 +15,14 @@
 mod actors;
 mod boxes;
 mod contact_sheet;
-mod decode;
+pub(crate) mod decode;
 mod ego_sensors;
 mod encode;
 mod encoders;
 mod error;
 mod events;
-mod folder;
-mod format;
+pub(crate) mod folder;
+pub(crate) mod format;
 mod frame_list;
 mod inspect;
 mod job;

@@ -13,6 +13,7 @@ macro_rules! print_line {
 mod blueprints;
 mod carla_args;
 mod collect;
+mod export;
 mod gateway;
 mod inspect;
 mod launch;
@@ -52,6 +53,8 @@ enum Verb {
     Run(run::RunArgs),
     /// Drives a car through traffic and writes the measurements of its sensors to a data set
     Collect(run::CollectArgs),
+    /// Writes data sets of `collect` in another format
+    Export(export::ExportArgs),
     /// Records traffic in a simulator of its own, frame by frame
     Record(record::RecordArgs),
     /// Replays a recording, or simulates it again
@@ -109,6 +112,7 @@ pub fn main() -> std::process::ExitCode {
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
         Verb::Collect(args) => run::collect(args),
+        Verb::Export(args) => export::export(args),
         Verb::Record(args) => record::record(args),
         Verb::Replay(args) => replay::replay(args),
         Verb::Inspect(args) => inspect::inspect(args),

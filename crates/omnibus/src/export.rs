@@ -1,0 +1,93 @@
+//! `omnibus export`: turns data sets of `omnibus collect` into one data set of another format.
+//!
+//! ```text
+//! DIR... ──▶ Set ──▶ frames, on all threads ──▶ OUT.partial ──▶ OUT
+//! ```
+//!
+//! A frame is read when it is converted; only the positions of the frames are in memory. The result
+//! has its name when it is complete.
+
+mod class;
+mod coco;
+mod images;
+mod output;
+mod parallel;
+mod set;
+mod split;
+mod table;
+mod webdataset;
+mod yolo;
+
+use std::path::PathBuf;
+
+use anyhow::ensure;
+
+use images::Images;
+use output::Output;
+use parallel::Threads;
+use set::Set;
+use split::Split;
+
+/// Arguments of `omnibus export`.
+#[derive(Clone, Debug, clap::Args)]
+pub(crate) struct ExportArgs {
+    /// Data sets of `omnibus collect`, or folders with data sets in scene-*; each is a scene of the
+    /// result
+    #[arg(required = true, value_name = "DIR")]
+    dirs: Vec<PathBuf>,
+    /// The format to write
+    #[arg(long, value_enum)]
+    format: Format,
+    /// The folder to write, which must not exist
+    #[arg(long, value_name = "OUT")]
+    out: PathBuf,
+    /// Encode colour images as JPEG with this quality, 1 to 100; else they stay PNG
+    #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
+    jpeg: Option<u8>,
+    /// coco, yolo: the fraction of the scenes for validation; of a single scene, of its frames
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.2)]
+    validation: f64,
+    /// webdataset: samples in a shard
+    #[arg(long, value_name = "SAMPLES", default_value_t = 1000)]
+    shard_samples: usize,
+    /// Threads that convert; 0: one per core
+    #[arg(long, value_name = "THREADS", default_value_t = 0)]
+    threads: usize,
+}
+
+/// A format that `omnibus export` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// Images with instance masks
+    Coco,
+    /// Images with 2-D boxes
+    Yolo,
+    /// Tar shards of all files of a frame
+    Webdataset,
+}
+
+/// Writes the data set that the arguments describe.
+pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<()> {
+    let fraction = args.validation;
+    ensure!(
+        (0.0..1.0).contains(&fraction),
+        "--validation is {fraction}; use 0 (no validation) to less than 1"
+    );
+    ensure!(args.shard_samples > 0, "--shard-samples is 0, must be at least 1");
+    let set = Set::open(&args.dirs)?;
+    let output = Output::create(&args.out)?;
+    let root = output.root();
+    let images = Images::new(args.jpeg);
+    let split = Split::of(&set, fraction);
+    let threads = Threads::new(args.threads);
+    match args.format {
+        Format::Coco => coco::write(&set, root, &images, &split, threads)?,
+        Format::Yolo => yolo::write(&set, root, &images, &split, threads)?,
+        Format::Webdataset => webdataset::write(&set, root, &images, args.shard_samples, threads)?,
+    }
+    output.finish()?;
+    let (frames, scenes) = (set.frames(), set.scenes().len());
+    let out = args.out.display();
+    print_line!("{frames} frames of {scenes} scene{} in {out}", if scenes == 1 { "" } else { "s" });
+    Ok(())
+}

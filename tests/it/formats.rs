@@ -1,0 +1,192 @@
+//! Data sets in the formats of others: what `omnibus export` writes is read by the official readers,
+//! and its geometry is compared with the pixels and points of the data sets that it was made from.
+//!
+//! The readers are Python packages, installed once into a folder of their own. Without Python or
+//! the registry these tests are skipped. The programs are in `tests/python/formats`.
+
+use std::{
+    collections::BTreeMap,
+    fs,
+    path::{Path, PathBuf},
+    process::{Command, Output},
+    sync::OnceLock,
+};
+
+use crate::{
+    carla::environment,
+    kit::{Scratch, note_skipped, omnibus},
+};
+
+/// All that the readers need, without what they need for other purposes: about 100 MB.
+const PACKAGES: &[&str] = &[
+    "--no-deps",
+    "numpy",
+    "pillow",
+    "pycocotools==2.0.11",
+    "pyyaml",
+    "webdataset==1.0.2",
+    "braceexpand",
+];
+
+fn python() -> Result<PathBuf, String> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let check = "import PIL, numpy, pycocotools, webdataset, yaml";
+    FOUND.get_or_init(|| environment("omnibus-it-formats-1", PACKAGES, check)).clone()
+}
+
+/// A folder with two small scenes of different towns.
+fn scenes() -> &'static Path {
+    static SCENES: OnceLock<PathBuf> = OnceLock::new();
+    SCENES.get_or_init(|| {
+        let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("formats-scenes");
+        let _ = fs::remove_dir_all(&root);
+        for (scene, map, seed) in [("scene-a", "Flatford", "4"), ("scene-b", "Millbrook", "9")] {
+            let output = omnibus()
+                .args(["collect", "--map", map, "--seed", seed, "--device", "cpu", "--out"])
+                .arg(root.join(scene))
+                .args(["--vehicles", "60", "--walkers", "30", "--frames", "6", "--every", "5"])
+                .args(["--width", "320", "--height", "240"])
+                .output()
+                .unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        }
+        root
+    })
+}
+
+fn export(scenes: &Path, format: &str, out: &Path, more: &[&str]) -> Output {
+    let mut command = omnibus();
+    command.arg("export").arg(scenes).args(["--format", format, "--out"]).arg(out).args(more);
+    command.output().unwrap()
+}
+
+fn exported(format: &str, out: &Path, more: &[&str]) {
+    let output = export(scenes(), format, out, more);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+}
+
+/// Exports the scenes and runs the program that checks the result.
+fn check(test: &str, format: &str, more: &[&str]) {
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
+    };
+    let folder = Scratch::new();
+    let out = folder.path().join("set");
+    exported(format, &out, more);
+    let script = format!("{}/python/formats/check_{format}.py", env!("CARGO_MANIFEST_DIR"));
+    let ended = Command::new(python).arg(script).arg(&out).arg(scenes()).output().unwrap();
+    println!("{}", String::from_utf8_lossy(&ended.stdout));
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{format}: {}\n{said}", ended.status);
+}
+
+#[test]
+fn coco_s_own_reader_finds_the_pixels_of_each_instance() {
+    check("coco_s_own_reader_finds_the_pixels_of_each_instance", "coco", &["--validation", "0.5"]);
+}
+
+#[test]
+fn boxes_of_yolo_enclose_the_pixels_of_each_instance() {
+    check("boxes_of_yolo_enclose_the_pixels_of_each_instance", "yolo", &[]);
+}
+
+#[test]
+fn webdataset_s_own_reader_finds_the_files_of_each_frame() {
+    let test = "webdataset_s_own_reader_finds_the_files_of_each_frame";
+    check(test, "webdataset", &["--shard-samples", "5"]);
+}
+
+const FORMATS: [&str; 3] = ["coco", "yolo", "webdataset"];
+
+/// The files below a folder, by their path in it.
+fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
+    let mut found = BTreeMap::new();
+    let mut folders = vec![root.to_owned()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                folders.push(path);
+            } else {
+                found.insert(path.strip_prefix(root).unwrap().to_owned(), fs::read(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn an_export_has_the_same_bytes_whatever_the_number_of_threads() {
+    let folder = Scratch::new();
+    for format in FORMATS {
+        let written = ["1", "4"].map(|threads| {
+            let out = folder.path().join(format!("{format}-{threads}"));
+            exported(format, &out, &["--threads", threads, "--jpeg", "80"]);
+            files(&out)
+        });
+        let [one, four] = &written;
+        assert!(!one.is_empty() && one.keys().eq(four.keys()), "{format}");
+        for (path, bytes) in one {
+            assert!(four[path] == *bytes, "{format}: {} differs", path.display());
+        }
+    }
+}
+
+#[test]
+fn an_export_that_fails_names_the_file_and_leaves_nothing() {
+    let folder = Scratch::new();
+    let broken = folder.path().join("broken");
+    for (path, bytes) in files(scenes()) {
+        let to = broken.join(path);
+        fs::create_dir_all(to.parent().unwrap()).unwrap();
+        fs::write(to, bytes).unwrap();
+    }
+    let names = fs::read_dir(broken.join("scene-b/boxes")).unwrap();
+    let mut names: Vec<_> = names.map(|entry| entry.unwrap().path()).collect();
+    names.sort();
+    fs::write(&names[3], "{\"frame\":1").unwrap();
+    let missing = broken.join("scene-b/front/color").join(names[4].file_name().unwrap());
+    fs::remove_file(missing.with_extension("png")).unwrap();
+    for format in FORMATS {
+        let out = folder.path().join(format!("out-{format}"));
+        let output = export(&broken, format, &out, &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(1), "{format}: {said}");
+        // The first fault in the order of the frames; WebDataset takes boxes as they are.
+        let at_fault = if format == "webdataset" { &missing } else { &names[3] };
+        let name = at_fault.file_name().unwrap().to_str().unwrap();
+        let name = name.trim_end_matches(".json");
+        assert!(said.contains(name) && !said.contains("panicked"), "{format}: {said}");
+    }
+    let left: Vec<_> = fs::read_dir(folder.path()).unwrap().map(|e| e.unwrap().path()).collect();
+    assert_eq!(left, [broken]);
+}
+
+#[test]
+fn an_export_refuses_what_it_cannot_do() {
+    let folder = Scratch::new();
+    let refusal = |from: &Path, out: &Path, more: &[&str]| {
+        let output = export(from, "coco", out, more);
+        assert!(!output.status.success());
+        let said = String::from_utf8(output.stderr).unwrap();
+        assert!(!said.contains("panicked"), "{said}");
+        said
+    };
+    let out = folder.path().join("out");
+    let said = refusal(folder.path(), &out, &[]);
+    assert!(said.contains("scene-*/metadata.json"), "{said}");
+    let said = refusal(scenes(), folder.path(), &[]);
+    assert!(said.contains("exists; choose another --out"), "{said}");
+    let said = refusal(scenes(), &out, &["--validation", "1"]);
+    assert!(said.contains("--validation is 1"), "{said}");
+    // What a killed export left makes room; what is not of an export does not.
+    let partial = folder.path().join("out.partial");
+    fs::create_dir(&partial).unwrap();
+    let said = refusal(scenes(), &out, &[]);
+    assert!(said.contains("out.partial exists and is no rest of an export"), "{said}");
+    fs::write(partial.join(".lock"), "").unwrap();
+    fs::write(partial.join("half.png"), "").unwrap();
+    exported("coco", &out, &[]);
+    assert!(!partial.exists() && !out.join("half.png").exists() && !out.join(".lock").exists());
+}
