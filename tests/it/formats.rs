@@ -26,12 +26,32 @@ const PACKAGES: &[&str] = &[
     "pyyaml",
     "webdataset==1.0.2",
     "braceexpand",
+    "nuscenes-devkit==1.2.0",
+    "pyquaternion",
+    "opencv-python-headless",
+    "cachetools",
+    "tqdm",
+    "matplotlib",
+    "contourpy",
+    "cycler",
+    "fonttools",
+    "kiwisolver",
+    "packaging",
+    "pyparsing",
+    "python-dateutil",
+    "six",
+    "mcap==1.6.0",
+    "mcap-protobuf-support==0.6.0",
+    "foxglove-schemas-protobuf==0.4.0",
+    "protobuf",
+    "lz4",
+    "zstandard",
 ];
 
 fn python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
-    let check = "import PIL, numpy, pycocotools, webdataset, yaml";
-    FOUND.get_or_init(|| environment("omnibus-it-formats-1", PACKAGES, check)).clone()
+    let check = "import PIL, cv2, matplotlib.pyplot, mcap_protobuf, numpy, pycocotools, webdataset";
+    FOUND.get_or_init(|| environment("omnibus-it-formats-2", PACKAGES, check)).clone()
 }
 
 /// A folder with two small scenes of different towns.
@@ -97,7 +117,22 @@ fn webdataset_s_own_reader_finds_the_files_of_each_frame() {
     check(test, "webdataset", &["--shard-samples", "5"]);
 }
 
-const FORMATS: [&str; 3] = ["coco", "yolo", "webdataset"];
+#[test]
+fn nuscenes_own_reader_finds_pixels_and_points_in_every_box() {
+    check("nuscenes_own_reader_finds_pixels_and_points_in_every_box", "nuscenes", &[]);
+}
+
+#[test]
+fn boxes_and_points_of_kitti_project_as_its_readme_says() {
+    check("boxes_and_points_of_kitti_project_as_its_readme_says", "kitti", &[]);
+}
+
+#[test]
+fn mcap_s_own_reader_finds_the_schemas_of_foxglove() {
+    check("mcap_s_own_reader_finds_the_schemas_of_foxglove", "mcap", &[]);
+}
+
+const FORMATS: [&str; 6] = ["coco", "kitti", "mcap", "nuscenes", "webdataset", "yolo"];
 
 /// The files below a folder, by their path in it.
 fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {

@@ -103,7 +103,6 @@ const OWNED: &[(&str, &str)] = &[
     ("wgpu", "sensor-render"),
     ("ash", "sensor-render"),
     ("iceoryx2", "bus"),
-    ("mcap", "record"),
     ("memmap2", "bake"),
     ("quick-xml", "road"),
     ("socket2", "ros2"),

@@ -42,12 +42,12 @@ mod silhouette;
 mod sky;
 mod stages;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod tracks;
 mod verify;
 
 pub(crate) use actors::{EGO, places};
-pub(crate) use encode::Encoder;
+pub(crate) use encode::{Encoder, STATIC_BIT};
 pub(crate) use error::CollectError;
 pub(crate) use inspect::inspect;
 pub(crate) use job::Job;

@@ -9,7 +9,14 @@
 
 mod class;
 mod coco;
+mod foxglove;
+mod geometry;
 mod images;
+mod kitti;
+mod mcap;
+mod nuscenes;
+mod nuscenes_map;
+mod nuscenes_words;
 mod output;
 mod parallel;
 mod set;
@@ -44,7 +51,7 @@ pub(crate) struct ExportArgs {
     /// Encode colour images as JPEG with this quality, 1 to 100; else they stay PNG
     #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
     jpeg: Option<u8>,
-    /// coco, yolo: the fraction of the scenes for validation; of a single scene, of its frames
+    /// coco, kitti, yolo: the fraction of the scenes for validation; of a single scene, of its frames
     #[arg(long, value_name = "FRACTION", default_value_t = 0.2)]
     validation: f64,
     /// webdataset: samples in a shard
@@ -60,6 +67,12 @@ pub(crate) struct ExportArgs {
 enum Format {
     /// Images with instance masks
     Coco,
+    /// Object detection with one camera and one lidar
+    Kitti,
+    /// Foxglove's messages of all sensors in their order of time
+    Mcap,
+    /// Every camera and lidar in related tables
+    Nuscenes,
     /// Images with 2-D boxes
     Yolo,
     /// Tar shards of all files of a frame
@@ -82,6 +95,9 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let threads = Threads::new(args.threads);
     match args.format {
         Format::Coco => coco::write(&set, root, &images, &split, threads)?,
+        Format::Kitti => kitti::write(&set, root, &images, &split, threads)?,
+        Format::Mcap => mcap::write(&set, root, &images, threads)?,
+        Format::Nuscenes => nuscenes::write(&set, root, &images, threads)?,
         Format::Yolo => yolo::write(&set, root, &images, &split, threads)?,
         Format::Webdataset => webdataset::write(&set, root, &images, args.shard_samples, threads)?,
     }

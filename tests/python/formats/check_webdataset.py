@@ -29,6 +29,6 @@ for scene in scenes(sys.argv[2]):
             assert len(points) > 0 and np.array_equal(points, scene.points(lidar, frame))
             assert np.array_equal(labels, scene.labels(lidar, frame))
         assert sample["boxes.json"]["actors"] == scene.boxes(frame)
-        assert sample["frame.json"]["ego"] == line["ego"]
+        assert sample["frame.json"] == line
         assert sample["sensors.json"] == scene.metadata["settings"]["sensors"]
 assert not samples, list(samples)

@@ -57,6 +57,11 @@ class Scene:
         return np.fromfile(path, "<u4").reshape(-1, 2)
 
 
+def slack_px(actor: dict, height_px: float) -> float:
+    """Returns how far pixels of an actor may leave its box: steered wheels a little, limbs more."""
+    return 1.5 + (0.25 * height_px if actor["tag_name"] == "Pedestrian" else 0)
+
+
 def scenes(folder: str) -> list[Scene]:
     """Returns the data sets in `scene-*` of a folder."""
     found = [Scene(path) for path in sorted(pathlib.Path(folder).glob("scene-*"))]

@@ -1,6 +1,6 @@
 //! What an actor is, in the words of other formats.
 
-use crate::collect::format::ActorBox;
+use crate::collect::{STATIC_BIT, format::ActorBox};
 
 /// A class of objects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -15,9 +15,11 @@ pub(crate) enum Class {
     Train,
     TrafficLight,
     StopSign,
+    Cone,
+    Barrier,
 }
 
-/// Returns the class of an actor; none for props and signs, which most formats do not name.
+/// Returns the class of an actor; none for what no format names, as most props.
 pub(crate) fn class(actor: &ActorBox) -> Option<Class> {
     let base_type = town::blueprint(&actor.blueprint).map_or("", |(_, made)| made.base_type);
     match base_type {
@@ -38,24 +40,34 @@ pub(crate) fn class(actor: &ActorBox) -> Option<Class> {
         "Bus" => Some(Class::Bus),
         "Train" => Some(Class::Train),
         "TrafficLight" => Some(Class::TrafficLight),
+        _ if actor.blueprint.ends_with("barrier") => Some(Class::Barrier),
+        _ if actor.blueprint.contains("cone") && actor.blueprint.contains("prop") => {
+            Some(Class::Cone)
+        }
         "TrafficSign" if actor.blueprint.contains("stop") => Some(Class::StopSign),
         _ => None,
     }
 }
 
-/// Returns the number and name of a class in COCO. A van is a car there.
-pub(crate) fn coco(class: Class) -> (u32, &'static str) {
-    match class {
-        Class::Pedestrian => (1, "person"),
-        Class::Bicycle => (2, "bicycle"),
-        Class::Car | Class::Van => (3, "car"),
-        Class::Motorcycle => (4, "motorcycle"),
-        Class::Bus => (6, "bus"),
-        Class::Train => (7, "train"),
-        Class::Truck => (8, "truck"),
-        Class::TrafficLight => (10, "traffic light"),
-        Class::StopSign => (13, "stop sign"),
-    }
+/// Returns whether an object belongs to the town, and never moves. Its id tells.
+pub(crate) fn is_static(actor: &ActorBox) -> bool {
+    actor.actor_id >= STATIC_BIT
+}
+
+/// Returns the number of a class in COCO. A van is a car there.
+pub(crate) fn coco(class: Class) -> Option<u32> {
+    Some(match class {
+        Class::Pedestrian => 1,
+        Class::Bicycle => 2,
+        Class::Car | Class::Van => 3,
+        Class::Motorcycle => 4,
+        Class::Bus => 6,
+        Class::Train => 7,
+        Class::Truck => 8,
+        Class::TrafficLight => 10,
+        Class::StopSign => 13,
+        Class::Cone | Class::Barrier => return None,
+    })
 }
 
 /// The categories of COCO that occur, in the order of their numbers: number, name, supercategory.

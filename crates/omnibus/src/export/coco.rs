@@ -7,7 +7,7 @@ use std::{
     path::Path,
 };
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use serde::Serialize;
 use serde_json::json;
 
@@ -65,6 +65,14 @@ pub(crate) fn write(
     split: &Split,
     threads: Threads,
 ) -> anyhow::Result<()> {
+    for scene in set.scenes() {
+        let (name, mut cameras) = (&scene.name, scene.cameras());
+        let bare = cameras.find(|(camera, _)| !scene.has(camera, "instance"));
+        if let Some((camera, _)) = bare {
+            let camera = &camera.name;
+            bail!("{name}: the camera {camera} has no instance images, from which masks are made");
+        }
+    }
     for part in PARTS {
         let folder = root.join("images").join(part);
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
@@ -136,14 +144,16 @@ fn frame_entries(
         let masks = masks(&ids);
         let mut annotations = Vec::new();
         for actor in &boxes {
-            let (Some(class), Some(view)) = (class(actor), actor.cameras.get(&sensor.name)) else {
+            let category = class(actor).and_then(coco);
+            let (Some(category_id), Some(view)) = (category, actor.cameras.get(&sensor.name))
+            else {
                 continue;
             };
             let Some(mask) = masks.get(&actor.actor_id) else { continue };
             annotations.push(Annotation {
                 id: 0,
                 image_id: 0,
-                category_id: coco(class).0,
+                category_id,
                 bbox: mask.bbox(),
                 area: mask.area,
                 segmentation: Segmentation {

@@ -37,6 +37,8 @@ pub(crate) struct Scene {
 pub(crate) struct Frame<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) line: FrameLine,
+    /// The text of the line.
+    pub(crate) text: Vec<u8>,
 }
 
 impl Set {
@@ -153,12 +155,29 @@ impl Scene {
         self.list.read_exact_at(&mut text, from).map_err(|e| CollectError::io(&path, e))?;
         let line = serde_json::from_slice(&text)
             .map_err(|e| CollectError::damaged(&path, format!("line {}: {e}", index + 1)))?;
-        Ok(Frame { scene: self, line })
+        Ok(Frame { scene: self, line, text })
     }
 
-    /// Returns the cameras in the order of the sensors.
+    /// Returns the cameras that have colour images, in the order of the sensors.
     pub(crate) fn cameras(&self) -> impl Iterator<Item = (&Sensor, &Camera)> {
-        self.metadata.settings.sensors.iter().filter_map(|s| Some((s, s.camera.as_ref()?)))
+        let sensors = self.metadata.settings.sensors.iter();
+        sensors.filter(|s| self.has(s, "color")).filter_map(|s| Some((s, s.camera.as_ref()?)))
+    }
+
+    /// Returns whether the data set has an output of a sensor, as `depth`.
+    pub(crate) fn has(&self, sensor: &Sensor, output: &str) -> bool {
+        let folder = format!("{}/{output}", sensor.name);
+        self.metadata.outputs.iter().any(|output| output.folder == folder)
+    }
+
+    /// Returns the first sensor of a kind, as `imu`.
+    pub(crate) fn sensor_of_kind(&self, kind: &str) -> Option<&Sensor> {
+        self.metadata.settings.sensors.iter().find(|sensor| sensor.kind == kind)
+    }
+
+    /// Returns the path of the OpenDRIVE text of the world.
+    pub(crate) fn map(&self) -> PathBuf {
+        self.folder.root().join("map.xodr")
     }
 
     /// Returns the lidars in the order of the sensors.

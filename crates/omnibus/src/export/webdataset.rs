@@ -57,7 +57,8 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
         let name = &sensor.name;
         let color = images.file(frame, sensor, camera)?;
         put(&format!("{name}.color.{}", images.extension()), &[&color])?;
-        for output in ["depth", "instance", "tag"] {
+        let others = ["depth", "instance", "tag"];
+        for output in others.into_iter().filter(|output| frame.scene.has(sensor, output)) {
             let file = frame.bytes(&format!("{name}/{output}"), "png")?;
             put(&format!("{name}.{output}.png"), &[&file])?;
         }
@@ -70,7 +71,7 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
     }
     let sensors = serde_json::to_vec(&frame.scene.metadata.settings.sensors)?;
     put("boxes.json", &[&frame.bytes("boxes", "json")?])?;
-    put("frame.json", &[&serde_json::to_vec(&frame.line)?])?;
+    put("frame.json", &[&frame.text])?;
     put("sensors.json", &[&sensors])?;
     Ok(())
 }

@@ -53,11 +53,11 @@ fn write_frame(frame: &Frame, root: &Path, part: &str, images: &Images) -> anyho
         let (width, height) = (f64::from(camera.width_px), f64::from(camera.height_px));
         let mut text = String::new();
         for actor in &boxes {
-            let (Some(class), Some(view)) = (class(actor), actor.cameras.get(&sensor.name)) else {
+            let category = class(actor).and_then(coco);
+            let number = COCO.iter().position(|(id, ..)| Some(*id) == category);
+            let (Some(number), Some(view)) = (number, actor.cameras.get(&sensor.name)) else {
                 continue;
             };
-            let number = COCO.iter().position(|(id, ..)| *id == coco(class).0);
-            let number = number.expect("every class has a category");
             let [left, top, right, bottom] = view.visible_box_px.map(f64::from);
             let [x, y] = [(left + right) / 2.0 / width, (top + bottom) / 2.0 / height];
             let [w, h] = [(right - left) / width, (bottom - top) / height];
