@@ -15,6 +15,7 @@ mod carla;
 mod collect;
 mod cores;
 mod environment;
+mod export;
 mod figure;
 mod handover;
 mod host;
@@ -101,6 +102,8 @@ enum Verb {
     Traffic,
     /// Frames to disk by `omnibus collect`
     Collect,
+    /// Data sets in the formats of others, beside plain writing
+    Export,
     /// The cost of recording per tick, its size on disk, and its reading speed
     Record,
     /// Process start to first image
@@ -133,7 +136,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 17] = [
+const VERBS: [(&str, Measure); 18] = [
     ("tick", tick::measure),
     ("host", host::measure),
     ("rest", rest::measure),
@@ -143,6 +146,7 @@ const VERBS: [(&str, Measure); 17] = [
     ("physics", stage::physics),
     ("traffic", stage::traffic),
     ("collect", collect::measure),
+    ("export", export::measure),
     ("record", record::measure),
     ("start", start::measure),
     ("latency", latency::measure),

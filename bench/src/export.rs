@@ -1,0 +1,207 @@
+//! `export`: containers of `omnibus export` beside plain writing of the same bytes, and the encoders
+//! of images.
+
+use std::{
+    fs::{self, File},
+    io::Write,
+    path::{Path, PathBuf},
+    process::Command,
+    time::Instant,
+};
+
+use anyhow::{Context, ensure};
+
+use crate::{
+    Effort,
+    figure::{Figure, Peer, Sink, Spread, Unit, median},
+    machine::Machine,
+    scene::Scratch,
+    sim,
+};
+
+const ROUNDS: usize = 7;
+const FRAMES: usize = 200;
+/// The quality of JPEG files.
+const QUALITY: u8 = 90;
+/// Bytes of one call of `write`.
+const PIECE: usize = 1 << 20;
+
+/// Measures the figures.
+pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let home = Scratch::new()?;
+    let set = home.path().join("set");
+    let frames = effort.count(FRAMES);
+    collect(&set, frames)?;
+    for format in ["webdataset", "mcap"] {
+        container(format, &set, frames, effort, sink)?;
+    }
+    encoders(&set, effort, sink)
+}
+
+fn collect(set: &Path, frames: usize) -> anyhow::Result<()> {
+    let output = Command::new(sim::omnibus()?)
+        .args(["collect", "--name", &sim::unique_name(), "--vehicles", "50"])
+        .args(["--frames", &frames.to_string(), "--every", "5", "--out"])
+        .arg(set)
+        .output()?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(output.status.success(), "omnibus collect: {}", said.trim());
+    Ok(())
+}
+
+/// Measures an export, from the start of the process to its end, and in turn a program that writes
+/// files of the same names and sizes from memory.
+fn container(
+    format: &str,
+    set: &Path,
+    frames: usize,
+    effort: Effort,
+    sink: &mut Sink,
+) -> anyhow::Result<()> {
+    let out = set.with_file_name("out");
+    let peer = set.with_file_name("peer");
+    let (mut rates, mut peers) = (Vec::new(), Vec::new());
+    let mut megabytes = 0.0;
+    for _ in 0..=effort.rounds(ROUNDS) {
+        let begin = Instant::now();
+        let output = Command::new(sim::omnibus()?)
+            .arg("export")
+            .arg(set)
+            .args(["--format", format, "--shard-samples", "50", "--out"])
+            .arg(&out)
+            .output()?;
+        let taken = begin.elapsed().as_secs_f64();
+        let said = String::from_utf8_lossy(&output.stderr);
+        ensure!(output.status.success(), "omnibus export: {}", said.trim());
+        let sizes = sizes(&out)?;
+        megabytes = sizes.iter().sum::<u64>() as f64 / 1e6;
+        rates.push(megabytes / taken);
+        fs::remove_dir_all(&out)?;
+        peers.push(megabytes / write_plainly(&peer, &sizes)?);
+        fs::remove_dir_all(&peer)?;
+    }
+    // The first round fills the cache of the file system.
+    let rates = &rates[1..];
+    let value = median(rates);
+    let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
+    let figure = Figure {
+        name: if format == "mcap" { "export.mcap" } else { "export.webdataset" },
+        workload: format!(
+            "omnibus export --format {format}: {frames} frames of collect.default, {megabytes:.0} MB, \
+             from the page cache to the file system of the temporary folder"
+        ),
+        unit: Unit::PerSecond("MB"),
+        value,
+        spread: Spread { p50: value, p90: slowest, p99: slowest, n: rates.len() },
+        peer: Some(Peer { name: "write of the same bytes", value: median(&peers[1..]) }),
+    };
+    sink.put(&figure, &Machine::look())
+}
+
+/// Returns the sizes of the files below a folder.
+fn sizes(folder: &Path) -> anyhow::Result<Vec<u64>> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        let data = entry.metadata()?;
+        if data.is_dir() { found.extend(sizes(&entry.path())?) } else { found.push(data.len()) }
+    }
+    Ok(found)
+}
+
+/// Writes files of these sizes with one thread, and returns the seconds.
+fn write_plainly(folder: &Path, sizes: &[u64]) -> anyhow::Result<f64> {
+    let piece = vec![0x5a; PIECE];
+    fs::create_dir(folder)?;
+    let begin = Instant::now();
+    for (number, size) in sizes.iter().enumerate() {
+        let mut file = File::create(folder.join(number.to_string()))?;
+        let mut left = *size as usize;
+        while left > 0 {
+            let part = left.min(PIECE);
+            file.write_all(&piece[..part])?;
+            left -= part;
+        }
+    }
+    Ok(begin.elapsed().as_secs_f64())
+}
+
+/// An image in memory: 8-bit RGB.
+struct Picture {
+    size: [u32; 2],
+    rgb: Vec<u8>,
+}
+
+/// Measures the encoder of JPEG that `omnibus export` uses, and beside it that of PNG with the
+/// options of `omnibus collect`, on one thread.
+fn encoders(set: &Path, effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let pictures = pictures(&set.join("front/color"), effort.count(20))?;
+    let mut file = Vec::new();
+    let (mut jpeg, mut png, mut sizes) = (Vec::new(), Vec::new(), [0; 2]);
+    for _ in 0..effort.rounds(ROUNDS) {
+        for (rates, is_jpeg) in [(&mut jpeg, true), (&mut png, false)] {
+            let begin = Instant::now();
+            sizes[usize::from(is_jpeg)] = 0;
+            for picture in &pictures {
+                file.clear();
+                if is_jpeg {
+                    as_jpeg(picture, &mut file)?
+                } else {
+                    as_png(picture, &mut file)?
+                }
+                sizes[usize::from(is_jpeg)] += file.len() / pictures.len();
+            }
+            rates.push(pictures.len() as f64 / begin.elapsed().as_secs_f64());
+        }
+    }
+    let value = median(&jpeg);
+    let slowest = jpeg.iter().copied().fold(f64::INFINITY, f64::min);
+    let [width, height] = pictures[0].size;
+    let figure = Figure {
+        name: "export.jpeg",
+        workload: format!(
+            "{width}x{height}, quality {QUALITY}, one thread: {} KB a file; PNG as omnibus collect \
+             writes it: {} KB",
+            sizes[1] / 1000,
+            sizes[0] / 1000
+        ),
+        unit: Unit::PerSecond("frames"),
+        value,
+        spread: Spread { p50: value, p90: slowest, p99: slowest, n: jpeg.len() },
+        peer: Some(Peer { name: "PNG", value: median(&png) }),
+    };
+    sink.put(&figure, &Machine::look())
+}
+
+fn pictures(folder: &Path, count: usize) -> anyhow::Result<Vec<Picture>> {
+    let entries = fs::read_dir(folder).with_context(|| folder.display().to_string())?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.sort();
+    let read = |path: &PathBuf| {
+        let mut reader =
+            png::Decoder::new(std::io::BufReader::new(File::open(path)?)).read_info()?;
+        let mut rgb = vec![0; reader.output_buffer_size().unwrap_or(0)];
+        let info = reader.next_frame(&mut rgb)?;
+        Ok(Picture { size: [info.width, info.height], rgb })
+    };
+    paths.iter().take(count.max(1)).map(read).collect()
+}
+
+fn as_jpeg(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {
+    let [width, height] = picture.size.map(|side| side as u16);
+    let encoder = jpeg_encoder::Encoder::new(file, QUALITY);
+    encoder.encode(&picture.rgb, width, height, jpeg_encoder::ColorType::Rgb)?;
+    Ok(())
+}
+
+fn as_png(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {
+    let mut encoder = png::Encoder::new(file, picture.size[0], picture.size[1]);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Fast);
+    encoder.set_filter(png::Filter::Sub);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&picture.rgb)?;
+    writer.finish()?;
+    Ok(())
+}
