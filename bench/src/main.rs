@@ -33,6 +33,7 @@ mod sim;
 mod stage;
 mod start;
 mod tick;
+mod view;
 mod world;
 
 use std::path::PathBuf;
@@ -120,6 +121,8 @@ enum Verb {
     CarlaClient,
     /// Images through the node of ROS 2 to Cyclone DDS, and the tick beside it
     Ros2,
+    /// The tick beside pages of the viewer, one that reads and one that does not
+    View,
     /// From OpenDRIVE text to a network that answers queries
     Map,
     /// From OpenDRIVE text to a furnished town for ray tracing
@@ -153,6 +156,7 @@ const VERBS: [(&str, Measure); 18] = [
     ("recovery", recovery::measure),
     ("quiet", quiet::measure),
     ("environment", environment::measure),
+    ("view", view::measure),
     ("map", map::measure),
     ("world", world::measure),
 ];

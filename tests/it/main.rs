@@ -55,3 +55,4 @@ mod soak;
 mod standstill;
 mod tidy;
 mod two;
+mod view;

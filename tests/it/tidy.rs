@@ -39,6 +39,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("python", &["client-lib", "environment", "mapgen", "maps", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("ros2", &["client-lib"]),
+    ("view", &["client-lib"]),
     (
         "environment",
         &[
@@ -73,6 +74,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "client-lib",
             "carla-gateway",
             "ros2",
+            "view",
         ],
     ),
     (
@@ -106,6 +108,8 @@ const OWNED: &[(&str, &str)] = &[
     ("memmap2", "bake"),
     ("quick-xml", "road"),
     ("socket2", "ros2"),
+    ("axum", "view"),
+    ("jpeg-encoder", "view"),
     ("zstd", "record"),
 ];
 

@@ -31,6 +31,7 @@ mod saved;
 mod sensors_file;
 mod stage;
 mod top;
+mod view;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
@@ -67,6 +68,8 @@ enum Verb {
     Top(top::TopArgs),
     /// Publishes a vehicle and its sensors to ROS 2, and drives it by control messages
     Ros2(ros2::Ros2Args),
+    /// Shows a running simulator in a browser: cameras, lidar, map, stages; drives a car in it
+    View(view::ViewArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
     /// Describes, checks, draws, converts or generates a map
@@ -119,6 +122,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Profile(args) => profile::profile(args),
         Verb::Top(args) => top::top(args),
         Verb::Ros2(args) => ros2::ros2(args),
+        Verb::View(args) => view::view(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),

@@ -1,0 +1,93 @@
+// The page of `omnibus view`: what the server sends, to the parts that show it; what is clicked, to the
+// server.
+
+import { Connection, MAP, STATE_CHANNEL } from "/connection.js";
+import { WeatherControls, showDetails } from "/controls.js";
+import { Driver } from "/drive.js";
+import { MapView } from "/map.js";
+import { Tiles } from "/tiles.js";
+import { drawTimeline } from "/timeline.js";
+
+const at = (id) => document.getElementById(id);
+let state = null, isNew = false;
+
+const say = (text) => { at("message").textContent = text; };
+const send = (message) => connection.send(message);
+
+const map = new MapView(at("map"), (id) => send({ type: "select", id }));
+const connection = new Connection({ text: read, binary: take, closed });
+const tiles = new Tiles(at("tiles"), connection);
+const weather = new WeatherControls(at("weather"), send);
+const driver = new Driver(send, at("pedals"));
+
+function read(message) {
+  if (message.type === "state") {
+    [state, isNew] = [message, true];
+  } else if (message.type === "hello") {
+    at("title").textContent = `${message.instance} · ${message.map}`;
+    document.title = `${message.instance} · Omnibus`;
+    map.extents = message.blueprints.map(([, extents]) => extents);
+    const vehicles = message.blueprints.map(([id]) => id).filter((id) => id.startsWith("vehicle."));
+    at("blueprint").replaceChildren(...vehicles.sort().map((id) => new Option(id.slice(8), id)));
+    at("blueprint").value = "vehicle.tesla.model3";
+    tiles.begin(message.tag_colors);
+  } else if (message.type === "error") {
+    say(`${message.request}: ${message.message}`);
+  } else if (message.type === "done" && message.request !== "tiles") {
+    say("");
+    if (message.request === "spawn") send({ type: "select", id: message.id });
+  }
+}
+
+function take(kind, channel, frame, bytes) {
+  if (kind === MAP) map.load(bytes);
+  else tiles.show(kind, channel, frame, bytes);
+}
+
+function closed(why) {
+  say(`${why}; reload the page when a viewer runs again`);
+  for (const button of document.querySelectorAll("button")) button.disabled = true;
+}
+
+function show() {
+  requestAnimationFrame(show);
+  if (isNew) {
+    isNew = false;
+    connection.acknowledge(STATE_CHANNEL);
+    const holder = state.holds_tick ? "this page" : state.holder;
+    at("clock").textContent = `frame ${state.frame} · ${state.sim_time_s.toFixed(2)} s`;
+    at("tick").textContent = state.pace.replace("_", " ") +
+      (holder ? ` · ${holder} holds the tick` : "");
+    at("pause").disabled = state.holds_tick && !state.plays;
+    at("play").disabled = state.plays || (state.pace !== "synchronous");
+    at("destroy").disabled = !state.selected;
+    const ego = state.actors.find(([id]) => id === state.ego);
+    at("autopilot").disabled = !ego;
+    at("autopilot").checked = ego?.[8] === 1;
+    if (ego && map.followed === null && driver.ego !== state.ego) {
+      [map.followed, map.metersWide] = [state.ego, 120];
+    }
+    driver.follow(ego ? state.ego : null);
+    weather.follow(state.weather);
+    showDetails(at("details"), state.selected);
+    drawTimeline(at("timeline"), state.timeline);
+    tiles.follow(state, map.marker ?? map.middle ?? [0, 0]);
+  }
+  map.draw(state);
+}
+requestAnimationFrame(show);
+
+for (const name of ["pause", "step", "play"]) at(name).onclick = () => send({ type: name });
+at("destroy").onclick = () => send({ type: "destroy", id: state.selected.id });
+at("autopilot").onchange = (event) => {
+  send({ type: "autopilot", on: event.target.checked });
+  event.target.blur();
+};
+const spawn = (choice) => {
+  const near_m = map.marker ?? (state ? map.center : null);
+  send({ type: "spawn", blueprint: at("blueprint").value, near_m, ...choice });
+  // Keys drive, and do not press the button again.
+  document.activeElement.blur();
+};
+at("spawn-ego").onclick = () => spawn({ ego: true });
+at("spawn-traffic").onclick = () => spawn({ autopilot: true });

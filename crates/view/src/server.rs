@@ -1,0 +1,275 @@
+//! The HTTP server, and the tasks between sockets and page threads.
+
+use std::{
+    net::{IpAddr, SocketAddr},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicUsize, Ordering},
+        mpsc::{SyncSender, TrySendError, sync_channel},
+    },
+    thread::JoinHandle,
+    time::{Duration, Instant},
+};
+
+use axum::{
+    Router,
+    body::Body,
+    extract::{
+        Request, State,
+        ws::{Message, WebSocket, WebSocketUpgrade},
+    },
+    http::{HeaderMap, HeaderName, Response, StatusCode, header},
+    middleware::{self, Next},
+    response::IntoResponse,
+    routing::{any, get},
+};
+use client_lib::{Client, ClientError, Deadlines, Frame, Strategy, Waiter};
+use tokio::{net::TcpListener, runtime, sync::mpsc, time};
+
+use crate::{ViewError, assets, guard, page::Page};
+
+/// Pages that are open at a time; each is a client of the simulator, which has 32 places.
+const PAGES_MAX: usize = 4;
+/// Messages between a socket and its page thread, in each direction.
+const QUEUE: usize = 64;
+/// The longest request of a page in bytes.
+const REQUEST_BYTES_MAX: usize = 64 << 10;
+/// How long a wait lasts before the server looks whether it is to end.
+const LOOK_EVERY: Duration = Duration::from_millis(50);
+/// No frame is later: a wait for one ends with the simulator.
+const NEVER: Frame = Frame(u64::MAX - 1);
+/// How long pages have to take the reason of the end.
+const LAST_WORDS: Duration = Duration::from_secs(1);
+/// For a frame that a page requests, and for outcomes: a page that waits for them shows nothing new.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+/// Which simulator to show, and where.
+#[derive(Clone, Debug)]
+pub struct ViewOptions {
+    /// The name of the simulator; `None`: the only one that runs.
+    pub instance: Option<String>,
+    /// The address to listen on.
+    pub listen: IpAddr,
+    /// The port; 0: any that is free.
+    pub port: u16,
+}
+
+/// Why a viewer has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ended {
+    /// It was stopped.
+    Stopped,
+    /// The simulator has ended.
+    SimulatorEnded,
+}
+
+/// A viewer that listens.
+pub struct Viewer {
+    listener: std::net::TcpListener,
+    address: SocketAddr,
+    shared: Arc<Shared>,
+    waiter: Waiter,
+    /// Keeps the place of a client, so that a full simulator is an error at the start.
+    _client: Client,
+}
+
+/// What all pages share.
+struct Shared {
+    instance: String,
+    listen: IpAddr,
+    stop: AtomicBool,
+    /// The threads of pages.
+    threads: Mutex<Vec<JoinHandle<()>>>,
+    /// The number of open sockets.
+    sockets: AtomicUsize,
+}
+
+impl Shared {
+    fn threads(&self) -> MutexGuard<'_, Vec<JoinHandle<()>>> {
+        self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Viewer {
+    /// Connects to the simulator and listens.
+    ///
+    /// # Errors
+    ///
+    /// [`ViewError`]: there is no such simulator, or the address cannot be listened on.
+    pub fn start(options: &ViewOptions) -> Result<Viewer, ViewError> {
+        let mut client = Client::connect(options.instance.as_deref(), "view")?;
+        let waiter = client.observer().waiter();
+        let address = SocketAddr::new(options.listen, options.port);
+        let listen = || {
+            let listener = std::net::TcpListener::bind(address)?;
+            listener.set_nonblocking(true)?;
+            Ok((listener.local_addr()?, listener))
+        };
+        let (address, listener) =
+            listen().map_err(|source| ViewError::Listen { address, source })?;
+        let shared = Arc::new(Shared {
+            instance: client.instance().id().to_owned(),
+            listen: options.listen,
+            stop: AtomicBool::new(false),
+            threads: Mutex::default(),
+            sockets: AtomicUsize::new(0),
+        });
+        Ok(Viewer { listener, address, shared, waiter, _client: client })
+    }
+
+    /// The name of the simulator.
+    #[must_use]
+    pub fn instance(&self) -> &str {
+        &self.shared.instance
+    }
+
+    /// The address that it listens on.
+    #[must_use]
+    pub fn address(&self) -> SocketAddr {
+        self.address
+    }
+
+    /// Serves pages until `stop` is set or the simulator ends.
+    ///
+    /// # Errors
+    ///
+    /// [`ViewError::Server`].
+    pub fn run(self, stop: &AtomicBool) -> Result<Ended, ViewError> {
+        let runtime = runtime::Builder::new_current_thread().enable_all().build()?;
+        let shared = Arc::clone(&self.shared);
+        let router = Router::new()
+            .route("/socket", get(open_page))
+            .fallback(any(|request: Request| async move { assets::response(request.uri().path()) }))
+            .layer(middleware::from_fn_with_state(Arc::clone(&shared), check))
+            .with_state(Arc::clone(&shared));
+        let ended = runtime.block_on(async {
+            let listener = TcpListener::from_std(self.listener)?;
+            let serving = tokio::spawn(axum::serve(listener, router).into_future());
+            let ended = loop {
+                if stop.load(Ordering::Acquire) {
+                    break Ended::Stopped;
+                }
+                if self.waiter.next_frame(NEVER, Duration::ZERO).is_err() {
+                    break Ended::SimulatorEnded;
+                }
+                time::sleep(LOOK_EVERY).await;
+            };
+            // The page threads end, then their sockets; a stalled one is not waited for. The end of the
+            // simulator is seen by the threads themselves, which tell their pages.
+            shared.stop.store(ended == Ended::Stopped, Ordering::Release);
+            let begin = Instant::now();
+            while shared.sockets.load(Ordering::Acquire) > 0 && begin.elapsed() < LAST_WORDS {
+                time::sleep(Duration::from_millis(10)).await;
+            }
+            serving.abort();
+            Ok::<Ended, ViewError>(ended)
+        });
+        drop(runtime);
+        let threads = std::mem::take(&mut *self.shared.threads());
+        for thread in threads {
+            // A panic there is a panic here.
+            thread.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        }
+        ended
+    }
+}
+
+/// Refuses requests that are not of the viewer's own page.
+async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response<Body> {
+    let checked = {
+        let header = |name| text_of(request.headers(), name);
+        guard::check(shared.listen, header(header::HOST), header(header::ORIGIN))
+    };
+    match checked {
+        Ok(()) => next.run(request).await,
+        Err(why) => assets::text(StatusCode::FORBIDDEN, format!("{why}\n")),
+    }
+}
+
+/// Returns a header as text; what is not ASCII is no name that this server has.
+fn text_of(headers: &HeaderMap, name: HeaderName) -> Option<&str> {
+    headers.get(name).map(|value| value.to_str().unwrap_or("?"))
+}
+
+/// Counts a socket for as long as it lives.
+struct OpenSocket(Arc<Shared>);
+
+impl OpenSocket {
+    /// `None` if as many are open as may be.
+    fn count(shared: &Arc<Shared>) -> Option<OpenSocket> {
+        let more = |open| (open < PAGES_MAX).then_some(open + 1);
+        let counted = shared.sockets.fetch_update(Ordering::AcqRel, Ordering::Acquire, more);
+        counted.ok().map(|_| OpenSocket(Arc::clone(shared)))
+    }
+}
+
+impl Drop for OpenSocket {
+    fn drop(&mut self) {
+        self.0.sockets.fetch_sub(1, Ordering::AcqRel);
+    }
+}
+
+/// Opens the WebSocket of a page, with a client of the simulator and a thread of its own.
+async fn open_page(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response<Body> {
+    let Some(open) = OpenSocket::count(&shared) else {
+        let why = format!("{PAGES_MAX} pages are open; close one\n");
+        return assets::text(StatusCode::SERVICE_UNAVAILABLE, why);
+    };
+    let (requests, received) = sync_channel(QUEUE);
+    let (outbox, messages) = mpsc::channel(QUEUE);
+    // It connects in its thread: that may wait for the host.
+    let serve = {
+        let shared = Arc::clone(&shared);
+        move || match connect(&shared.instance) {
+            Ok(client) => Page::serve(client, &received, outbox, &shared.stop),
+            Err(e) => Page::refuse_all(&outbox, &e),
+        }
+    };
+    let thread = std::thread::Builder::new().name("view-page".to_owned()).spawn(serve);
+    let mut threads = shared.threads();
+    threads.retain(|thread| !thread.is_finished());
+    match thread {
+        Ok(thread) => threads.push(thread),
+        Err(e) => return assets::text(StatusCode::SERVICE_UNAVAILABLE, format!("thread: {e}\n")),
+    }
+    drop(threads);
+    upgrade
+        .max_message_size(REQUEST_BYTES_MAX)
+        .on_upgrade(move |socket| carry(socket, requests, messages, open))
+        .into_response()
+}
+
+fn connect(instance: &str) -> Result<Client, ClientError> {
+    let deadlines = Deadlines::default().with_answer(PATIENCE).with_frame(Some(PATIENCE));
+    // It spins for nothing: a screen shows a frame for 16 ms.
+    let options = Client::options("view").instance(instance).wait_strategy(Strategy::BATCH);
+    options.deadlines(deadlines).connect()
+}
+
+/// Carries messages between a socket and its page thread until one of them ends.
+async fn carry(
+    mut socket: WebSocket,
+    requests: SyncSender<String>,
+    mut messages: mpsc::Receiver<Message>,
+    _open: OpenSocket,
+) {
+    loop {
+        tokio::select! {
+            message = messages.recv() => match message {
+                Some(message) => if socket.send(message).await.is_err() { return },
+                None => break,
+            },
+            request = socket.recv() => {
+                let Some(Ok(request)) = request else { return };
+                let Message::Text(text) = request else { continue };
+                let mut text = text.as_str().to_owned();
+                // The page thread is busy: the page waits.
+                while let Err(TrySendError::Full(back)) = requests.try_send(text) {
+                    text = back;
+                    time::sleep(Duration::from_millis(5)).await;
+                }
+            }
+        }
+    }
+    let _ = socket.send(Message::Close(None)).await;
+}

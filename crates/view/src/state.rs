@@ -1,0 +1,226 @@
+//! The world at one frame, as a page shows it.
+
+use client_lib::{
+    Actor, ActorFlags, ActorId, ActorKind, Client, Frame, LightPhase, Pace, StageClock,
+};
+use serde::Serialize;
+
+use crate::message::Sky;
+
+/// Frames back from the newest that are looked through: fewer than the stage clock keeps.
+const LOOK_BACK: u64 = 48;
+
+/// A state: everything of a frame but images and points.
+#[derive(Debug, Serialize)]
+#[serde(tag = "type", rename = "state")]
+pub(crate) struct State<'a> {
+    frame: u64,
+    sim_time_s: f64,
+    /// `synchronous`, `real_time` or `unpaced`.
+    pace: &'static str,
+    /// Simulated time of a tick.
+    delta_s: f64,
+    /// The client that holds the tick.
+    holder: Option<String>,
+    /// Whether that is this page.
+    holds_tick: bool,
+    /// Whether time passes by this page's ticks.
+    plays: bool,
+    ego: Option<u32>,
+    /// `None` as long as no weather was set since the page was opened.
+    weather: Option<Sky>,
+    actors: Vec<ActorLine>,
+    selected: Option<Details<'a>>,
+    timeline: Option<Timeline>,
+}
+
+/// What a page knows beside the world.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Own {
+    pub(crate) ego: Option<ActorId>,
+    pub(crate) selected: Option<ActorId>,
+    pub(crate) weather: Option<Sky>,
+    pub(crate) plays: bool,
+}
+
+/// Id, kind, index of the blueprint, x, y, z, yaw, speed, and the phase of a traffic light or
+/// whether traffic drives.
+type ActorLine = (u32, u8, usize, f32, f32, f32, f32, f32, u8);
+
+/// The actor that is selected.
+#[derive(Debug, Serialize)]
+struct Details<'a> {
+    id: u32,
+    kind: &'static str,
+    blueprint: &'a str,
+    position_m: [f32; 3],
+    yaw_rad: f32,
+    velocity_mps: [f32; 3],
+    acceleration_mps2: [f32; 3],
+    angular_velocity_radps: [f32; 3],
+    /// The names of its states, as `AUTOPILOT`.
+    flags: Vec<&'static str>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    vehicle: Option<Driving>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    phase: Option<&'static str>,
+}
+
+#[derive(Debug, Serialize)]
+struct Driving {
+    throttle: f32,
+    brake: f32,
+    /// −1 (full right) to 1 (full left).
+    steer: f32,
+    gear: i32,
+    engine_rpm: f32,
+    lights: u32,
+    doors: u32,
+}
+
+/// When the parts of a complete frame took place, in milliseconds since its first instant.
+#[derive(Debug, Serialize)]
+struct Timeline {
+    frame: u64,
+    /// Stage, part, begin, end.
+    parts: Vec<(&'static str, &'static str, f64, f64)>,
+}
+
+impl<'a> State<'a> {
+    pub(crate) fn new(client: &'a Client, own: &Own) -> State<'a> {
+        let (world, settings) = (client.world(), client.settings());
+        State {
+            frame: world.frame().0,
+            sim_time_s: world.sim_time().as_secs_f64(),
+            pace: match settings.pace {
+                Pace::Synchronous => "synchronous",
+                Pace::RealTime(_) => "real_time",
+                Pace::Unpaced => "unpaced",
+            },
+            delta_s: settings.delta.as_secs_f64(),
+            holder: holder(client),
+            holds_tick: client.holds_tick(),
+            plays: own.plays,
+            ego: own.ego.map(|ego| ego.0),
+            weather: own.weather,
+            actors: world.actors().iter().map(line).collect(),
+            selected: own.selected.and_then(|id| Some(details(client, world.actor(id)?))),
+            timeline: timeline(client, world.frame()),
+        }
+    }
+}
+
+/// Returns the name of the client that holds the tick.
+fn holder(client: &Client) -> Option<String> {
+    let control = client.instance().control().ok()?;
+    control.ticker().map(|slot| control.slot(slot).name().to_string())
+}
+
+fn yaw_rad(actor: &Actor) -> f32 {
+    let ahead = actor.pose().rotation() * client_lib::glam::Vec3::X;
+    ahead.y.atan2(ahead.x)
+}
+
+fn line(actor: &Actor) -> ActorLine {
+    let [x, y, z] = actor.position().to_array();
+    let (kind, state) = match actor.kind() {
+        ActorKind::Vehicle => (1, actor.flags().contains(ActorFlags::AUTOPILOT).into()),
+        ActorKind::Walker => (2, 0),
+        ActorKind::TrafficLight => (3, actor.traffic_light().map_or(0, |light| light.phase as u8)),
+        _ => (4, 0),
+    };
+    // A centimetre and a thousandth of a radian are less than a page shows.
+    let cut = |number: f32, unit: f32| (number * unit).round() / unit;
+    let yaw = cut(yaw_rad(actor), 1000.0);
+    let [x, y, z, speed] = [x, y, z, actor.speed_mps()].map(|number| cut(number, 100.0));
+    (actor.id().0, kind, actor.blueprint(), x, y, z, yaw, speed, state)
+}
+
+fn details<'a>(client: &'a Client, actor: &Actor) -> Details<'a> {
+    let blueprint = client.blueprints().get(actor.blueprint());
+    Details {
+        id: actor.id().0,
+        kind: match actor.kind() {
+            ActorKind::Vehicle => "vehicle",
+            ActorKind::Walker => "walker",
+            ActorKind::TrafficLight => "traffic light",
+            _ => "prop",
+        },
+        blueprint: blueprint.map_or("", |blueprint| &blueprint.id),
+        position_m: actor.position().to_array(),
+        yaw_rad: yaw_rad(actor),
+        velocity_mps: actor.velocity().to_array(),
+        acceleration_mps2: actor.acceleration().to_array(),
+        angular_velocity_radps: actor.angular_velocity().to_array(),
+        flags: actor.flags().iter_names().map(|(name, _)| name).collect(),
+        vehicle: actor.vehicle().map(|state| Driving {
+            throttle: state.throttle,
+            brake: state.brake,
+            steer: state.steer,
+            gear: state.gear,
+            engine_rpm: state.engine_rpm,
+            lights: state.lights.bits(),
+            doors: state.doors.bits(),
+        }),
+        phase: actor.traffic_light().map(|light| match light.phase {
+            LightPhase::Red => "red",
+            LightPhase::Yellow => "yellow",
+            LightPhase::Green => "green",
+            LightPhase::Off => "off",
+        }),
+    }
+}
+
+/// Returns the timeline of the newest frame that was rendered, or of the newest that is complete if
+/// none was: an asynchronous world completes frames before they are rendered, and skips some.
+fn timeline(client: &Client, newest: Frame) -> Option<Timeline> {
+    let frames = (0..LOOK_BACK).map_while(|age| newest.0.checked_sub(age));
+    let clocks: Vec<_> = frames.map(|frame| client.stage_clock(Frame(frame))).collect();
+    let rendered = clocks.iter().find(|clock| clock.delivered_nanos.is_some());
+    parts(rendered.or_else(|| clocks.iter().find(|clock| clock.closed_nanos.is_some()))?)
+}
+
+fn parts(clock: &StageClock) -> Option<Timeline> {
+    let first = clock.requested_nanos.or(clock.begun_nanos)?;
+    let spans = [
+        ("host", "wakes", clock.requested_nanos, clock.begun_nanos),
+        ("host", "commands", clock.begun_nanos, clock.physics_begun_nanos),
+        ("host", "physics", clock.physics_begun_nanos, clock.physics_ended_nanos),
+        ("host", "publishing", clock.physics_ended_nanos, clock.published_nanos),
+        ("traffic", "wakes", clock.published_nanos, clock.plan_begun_nanos),
+        ("traffic", "plans", clock.plan_begun_nanos, clock.planned_nanos),
+        ("traffic", "sends", clock.planned_nanos, clock.plan_delivered_nanos),
+        ("renderer", "wakes", clock.published_nanos, clock.trace_begun_nanos),
+        ("renderer", "traces", clock.trace_begun_nanos, clock.traced_nanos),
+        ("renderer", "sends", clock.traced_nanos, clock.delivered_nanos),
+        ("GPU", "traces", clock.device_begun_nanos, clock.device_traced_nanos),
+        ("GPU", "copies", clock.device_traced_nanos, clock.device_copied_nanos),
+        ("viewer", "reads", clock.published_nanos, clock.read_nanos),
+    ];
+    let millis = |nanos: u64| Some(nanos.checked_sub(first)? as f64 / 1e6);
+    let parts = spans.into_iter().filter_map(|(stage, part, begin, end)| {
+        let (begin, end) = (millis(begin?)?, millis(end?)?);
+        (begin <= end).then_some((stage, part, begin, end))
+    });
+    Some(Timeline { frame: clock.frame.0, parts: parts.collect() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_part_that_did_not_take_place_is_not_in_the_timeline() {
+        let mut clock = StageClock::at(Frame(7));
+        clock.begun_nanos = Some(1_000_000);
+        clock.physics_begun_nanos = Some(2_000_000);
+        clock.physics_ended_nanos = Some(4_500_000);
+        // Of an older frame: the renderer trails.
+        clock.trace_begun_nanos = Some(500_000);
+        clock.traced_nanos = Some(900_000);
+        let timeline = parts(&clock).unwrap();
+        assert_eq!(timeline.frame, 7);
+        assert_eq!(timeline.parts, [("host", "commands", 0.0, 1.0), ("host", "physics", 1.0, 3.5)]);
+        assert!(parts(&StageClock::at(Frame(7))).is_none());
+    }
+}

@@ -1,0 +1,494 @@
+//! `omnibus view`: the page, its WebSocket, and the tick beside pages that read and that do not.
+//!
+//! The client here speaks HTTP and WebSocket as a browser does. `tests/python/view.py` looks at the page
+//! itself, in Chromium; without it that test is skipped.
+
+use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+};
+
+use client_lib::{ActorKind, Client, Pace};
+use rustix::process::Signal;
+use serde_json::{Value, json};
+use tungstenite::{Message, WebSocket, client::IntoClientRequest, http::HeaderValue};
+
+use crate::kit::{Scratch, Sim, eventually, kill, note_skipped, omnibus, thread};
+
+/// The channel of states.
+const STATE: u64 = 255;
+const IMAGE: u32 = 1;
+const MAP: u32 = 3;
+
+/// A running `omnibus view`.
+struct Viewer {
+    child: Child,
+    /// `127.0.0.1:PORT`.
+    host: String,
+}
+
+impl Viewer {
+    fn start(sim: &Sim) -> Viewer {
+        let mut command = omnibus();
+        command.args(["view", "--name", sim.instance().id(), "--port", "0", "--no-open"]);
+        let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+        let mut said = String::new();
+        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut said).unwrap();
+        let Some(host) = said.split("http://").nth(1).and_then(|rest| rest.split('/').next())
+        else {
+            let mut why = String::new();
+            child.stderr.as_mut().unwrap().read_to_string(&mut why).unwrap();
+            panic!("{said}{why}");
+        };
+        Viewer { host: host.to_owned(), child }
+    }
+
+    /// Sends one request and returns the whole response.
+    fn get(&self, path: &str, headers: &[&str]) -> String {
+        let mut stream = TcpStream::connect(&self.host).unwrap();
+        let headers: String = headers.iter().map(|header| format!("{header}\r\n")).collect();
+        write!(stream, "GET {path} HTTP/1.1\r\n{headers}Connection: close\r\n\r\n").unwrap();
+        let mut response = String::new();
+        stream.read_to_string(&mut response).unwrap();
+        response
+    }
+
+    fn own_host(&self) -> String {
+        format!("Host: {}", self.host)
+    }
+
+    /// Opens the WebSocket as a page of `origin` does.
+    fn socket(&self, origin: &str) -> Result<WebSocket<TcpStream>, String> {
+        let mut request = format!("ws://{}/socket", self.host).into_client_request().unwrap();
+        request.headers_mut().insert("Origin", HeaderValue::from_str(origin).unwrap());
+        let stream = TcpStream::connect(&self.host).unwrap();
+        let opened = tungstenite::client(request, stream).map_err(|e| e.to_string());
+        opened.map(|(socket, _)| socket)
+    }
+
+    fn page(&self) -> Page {
+        let socket = self.socket(&format!("http://{}", self.host)).unwrap();
+        Page { socket, state: Value::Null, newest: (0, Vec::new()) }
+    }
+
+    /// Waits for the end and returns whether it was good, and what was said.
+    fn wait(mut self) -> (bool, String) {
+        let mut said = String::new();
+        self.child.stdout.take().unwrap().read_to_string(&mut said).unwrap();
+        self.child.stderr.take().unwrap().read_to_string(&mut said).unwrap();
+        (self.child.wait().unwrap().success(), said)
+    }
+
+    fn end(self) {
+        kill(self.child.id(), Signal::INT);
+        let (is_good, said) = self.wait();
+        assert!(is_good && said.is_empty(), "{said}");
+    }
+}
+
+/// An open page that acknowledges what it receives.
+struct Page {
+    socket: WebSocket<TcpStream>,
+    /// The newest state.
+    state: Value,
+    /// Frame and content of the newest image.
+    newest: (u64, Vec<u8>),
+}
+
+/// What a page receives.
+#[derive(Debug)]
+enum Received {
+    /// A text that is no state, or a state.
+    Text(Value),
+    /// Kind and content.
+    Binary(u32, Vec<u8>),
+}
+
+impl Page {
+    fn send(&mut self, message: &Value) {
+        self.socket.send(Message::text(message.to_string())).unwrap();
+    }
+
+    fn receive(&mut self) -> Received {
+        loop {
+            match self.socket.read().unwrap() {
+                Message::Text(text) => {
+                    let text: Value = serde_json::from_str(&text).unwrap();
+                    if text["type"] == "state" {
+                        self.send(&json!({"type": "ack", "channel": STATE}));
+                        self.state = text.clone();
+                    }
+                    return Received::Text(text);
+                }
+                Message::Binary(bytes) => {
+                    let word = |at| u32::from_le_bytes(bytes[at..at + 4].try_into().unwrap());
+                    let (kind, channel) = (word(0), word(4));
+                    if kind != MAP {
+                        self.send(&json!({"type": "ack", "channel": channel}));
+                    }
+                    let frame = u64::from_le_bytes(bytes[8..16].try_into().unwrap());
+                    if kind == IMAGE {
+                        self.newest = (frame, bytes[16..].to_vec());
+                    }
+                    return Received::Binary(kind, bytes[16..].to_vec());
+                }
+                other => assert!(!other.is_close(), "the socket was closed"),
+            }
+        }
+    }
+
+    /// Receives until a text or a state is as `is_it` says.
+    fn text(&mut self, is_it: impl Fn(&Value) -> bool) -> Value {
+        loop {
+            if let Received::Text(text) = self.receive()
+                && is_it(&text)
+            {
+                return text;
+            }
+        }
+    }
+
+    /// Sends a request and returns the reply.
+    fn request(&mut self, message: &Value) -> Value {
+        self.send(message);
+        let name = message["type"].clone();
+        self.text(|text| text["request"] == name)
+    }
+
+    /// Sends a request that is carried out; returns the actor that it made.
+    fn done(&mut self, message: &Value) -> Value {
+        let reply = self.request(message);
+        assert_eq!(reply["type"], "done", "{reply}");
+        reply["id"].clone()
+    }
+
+    /// Returns the frame and the content of the newest image, of this frame or a later one.
+    fn image(&mut self, frame: u64) -> (u64, Vec<u8>) {
+        self.until(|page| page.newest.0 >= frame);
+        self.newest.clone()
+    }
+
+    /// Receives until the page is as `is_so` says.
+    fn until(&mut self, is_so: impl Fn(&Page) -> bool) {
+        while !is_so(self) {
+            self.receive();
+        }
+    }
+
+    /// Returns position and speed of an actor in the newest state.
+    fn motion(&self, id: &Value) -> Option<[f64; 3]> {
+        let actor = self.state["actors"].as_array()?.iter().find(|actor| actor[0] == *id)?;
+        Some([3, 4, 7].map(|at| actor[at].as_f64().unwrap()))
+    }
+}
+
+/// A camera behind an actor.
+fn camera(on: &Value, output: &str) -> Value {
+    json!({
+        "output": output, "on": on, "position_m": [-6.0, 0.0, 3.0], "yaw_rad": 0.0, "pitch_rad": 0.2,
+        "size": [160, 90], "fov_rad": 1.5
+    })
+}
+
+#[test]
+fn a_page_shows_other_images_of_later_frames_and_its_keys_move_the_car() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let page = viewer.get("/", &[&viewer.own_host()]);
+    assert!(page.starts_with("HTTP/1.1 200") && page.contains("/view.js"), "{page}");
+    for file in page.split("\"/").skip(1).map(|rest| rest.split('"').next().unwrap()) {
+        let file = viewer.get(&format!("/{file}"), &[&viewer.own_host()]);
+        assert!(file.starts_with("HTTP/1.1 200"), "{file}");
+    }
+    assert!(viewer.get("/absent", &[&viewer.own_host()]).starts_with("HTTP/1.1 404"));
+
+    let mut page = viewer.page();
+    let hello = page.text(|text| text["type"] == "hello");
+    assert_eq!(hello["instance"], sim.instance().id());
+    let Received::Binary(MAP, lanes) = page.receive() else { panic!("no map") };
+    assert!(lanes.len() > 10_000, "{}", lanes.len());
+
+    // Nothing ticks: the page does.
+    let car =
+        page.done(&json!({"type": "spawn", "blueprint": "vehicle.tesla.model3", "ego": true}));
+    page.done(&json!({"type": "tiles", "tiles": [camera(&car, "color")]}));
+    page.done(&json!({"type": "step"}));
+    let (first, image) = page.image(1);
+    page.until(|page| page.state["frame"] == first);
+    let before = page.motion(&car).unwrap();
+    page.send(&json!({"type": "drive", "throttle": 1.0, "brake": 0.0, "steer": 0.0}));
+    for _ in 0..40 {
+        page.done(&json!({"type": "step"}));
+    }
+    let (last, other) = page.image(first + 40);
+    for jpeg in [&image, &other] {
+        assert!(jpeg.starts_with(&[0xff, 0xd8]) && jpeg.ends_with(&[0xff, 0xd9]), "no JPEG");
+    }
+    assert!(image != other, "the same image");
+    page.until(|page| page.state["frame"] == last);
+    let after = page.motion(&car).unwrap();
+    assert!(after[2] > 2.0, "{after:?} m/s");
+    let way = (after[0] - before[0]).hypot(after[1] - before[1]);
+    assert!(way > 2.0, "{before:?} to {after:?}");
+    let timeline = page.state["timeline"]["parts"].as_array().unwrap();
+    for part in ["physics", "plans", "traces"] {
+        assert!(timeline.iter().any(|line| line[1] == part), "no {part}: {timeline:?}");
+    }
+
+    let weather = json!({"type": "weather", "cloudiness": 90.0, "precipitation": 80.0,
+        "precipitation_deposits": 60.0, "wind_intensity": 40.0, "sun_azimuth_rad": 1.0,
+        "sun_altitude_rad": 0.2, "fog_density": 30.0, "fog_distance_m": 1.0, "wetness": 50.0});
+    page.done(&weather);
+    page.until(|page| page.state["weather"]["precipitation"] == 80.0);
+    page.done(&json!({"type": "select", "id": car}));
+    page.until(|page| page.state["selected"]["vehicle"]["throttle"] == 1.0);
+    for output in ["depth", "tags", "instances"] {
+        let before = page.newest.clone();
+        page.done(&json!({"type": "tiles", "tiles": [camera(&car, output)]}));
+        page.done(&json!({"type": "step"}));
+        let image = page.image(before.0 + 1).1;
+        assert!(image.starts_with(&[0xff, 0xd8]) && image != before.1, "no image of {output}");
+    }
+    page.done(&json!({"type": "play"}));
+    let at = page.state["frame"].as_u64().unwrap();
+    page.until(|page| page.state["frame"].as_u64() > Some(at + 5));
+    drop(page);
+
+    // The vehicle that nothing drives any longer, and the tick, are given back.
+    let mut client = sim.client("after");
+    eventually("a free tick", || client.take_tick().is_ok());
+    eventually("an end of the vehicle", || {
+        client.tick().unwrap();
+        !client.world().actors().iter().any(|actor| actor.kind() == ActorKind::Vehicle)
+    });
+    drop(client);
+    viewer.end();
+    sim.end();
+}
+
+#[test]
+fn a_page_of_another_site_is_refused() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let own = viewer.own_host();
+    for headers in [
+        &["Host: evil.example"][..],
+        &["Host: localhost.evil.example:80"],
+        &[&own, "Origin: http://evil.example"],
+        &[&own, "Origin: http://localhost:3000"],
+        &[&own, "Origin: null"],
+    ] {
+        for path in ["/", "/view.js", "/socket"] {
+            let response = viewer.get(path, headers);
+            assert!(response.starts_with("HTTP/1.1 403"), "{headers:?} {path}: {response}");
+            assert!(response.contains("is refused"), "{response}");
+        }
+    }
+    let why = viewer.socket("http://evil.example").unwrap_err();
+    assert!(why.contains("403"), "{why}");
+    assert!(viewer.socket(&format!("http://{}", viewer.host)).is_ok());
+    viewer.end();
+    sim.end();
+}
+
+/// Ticks until a number of frames have passed, and returns how many there were.
+fn tick(client: &mut Client, frames: u64) -> u64 {
+    let first = client.frame().0;
+    for _ in 0..frames {
+        client.tick().unwrap();
+    }
+    client.frame().0 - first
+}
+
+#[test]
+fn a_page_that_never_reads_neither_holds_up_a_frame_nor_another_page() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut client = sim.ticker();
+    let mut stalled = viewer.page();
+    let car = {
+        stalled.send(&json!({"type": "spawn", "blueprint": "vehicle.tesla.model3", "ego": true}));
+        let mut car = None;
+        while car.is_none() {
+            client.tick().unwrap();
+            let actors = client.world().actors();
+            car = actors.iter().find(|a| a.kind() == ActorKind::Vehicle).map(|a| a.id().0);
+        }
+        json!(car)
+    };
+    let mut large = camera(&car, "color");
+    large["size"] = json!([640, 360]);
+    stalled.send(&json!({"type": "tiles", "tiles": [large.clone(), large.clone(), large]}));
+    // From here on it reads nothing.
+    assert_eq!(tick(&mut client, 60), 60);
+
+    let mut reader = viewer.page();
+    let is_seen = Arc::new(AtomicBool::new(false));
+    let ticking = {
+        let is_seen = Arc::clone(&is_seen);
+        thread(move || {
+            let (first, mut requested) = (client.frame().0, 0);
+            while !is_seen.load(Ordering::Acquire) {
+                client.tick().unwrap();
+                requested += 1;
+            }
+            assert_eq!(client.frame().0 - first, requested);
+            client
+        })
+    };
+    reader.send(&json!({"type": "tiles", "tiles": [camera(&car, "color")]}));
+    let mut frames: Vec<u64> = Vec::new();
+    while frames.len() < 5 {
+        frames.push(reader.image(frames.last().map_or(1, |last| last + 1)).0);
+    }
+    is_seen.store(true, Ordering::Release);
+    let client = ticking.join().unwrap();
+    assert!(frames.is_sorted_by(|a, b| a < b), "{frames:?}");
+    // What was sent to the page that does not read: two of each channel, not one for each frame.
+    stalled.socket.get_ref().set_nonblocking(true).unwrap();
+    let mut unread = 0;
+    while let Ok(message) = stalled.socket.read() {
+        unread += usize::from(message.is_binary());
+    }
+    assert!((1..=8).contains(&unread), "{unread} messages");
+    drop((client, reader, stalled));
+    viewer.end();
+    sim.end();
+}
+
+#[test]
+fn a_page_stops_the_world_s_own_clock_and_lets_it_run_on() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut other = sim.client("other");
+    crate::kit::run_asynchronously(&mut other);
+    let pace = other.settings().pace;
+    let mut page = viewer.page();
+    page.done(&json!({"type": "pause"}));
+    page.until(|page| page.state["holds_tick"] == true && page.state["pace"] == "synchronous");
+    let stands = sim.frame();
+    page.done(&json!({"type": "step"}));
+    assert_eq!(sim.frame(), stands + 1);
+    page.done(&json!({"type": "play"}));
+    page.until(|page| page.state["frame"].as_u64() > Some(stands + 5));
+    assert_eq!(other.settings().pace, pace);
+
+    // A page that is closed does not leave the world standing.
+    page.done(&json!({"type": "pause"}));
+    drop(page);
+    eventually("the world's own clock", || other.settings().pace == pace);
+
+    // Another client holds the tick: one clear message.
+    let mut ticker = sim.ticker();
+    let mut page = viewer.page();
+    for what in ["pause", "step", "play"] {
+        let reply = page.request(&json!({"type": what}));
+        let why = reply["message"].as_str().unwrap();
+        assert!(why.contains("client \"ticker\" holds the tick"), "{reply}");
+    }
+    assert_eq!(tick(&mut ticker, 5), 5);
+    assert_eq!(ticker.settings().pace, Pace::Synchronous);
+    drop((other, ticker, page));
+    viewer.end();
+    sim.end();
+}
+
+#[test]
+fn wrong_requests_have_one_error_and_the_end_of_the_simulator_is_said() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut page = viewer.page();
+    let mut tile = camera(&json!(99), "color");
+    for (request, said) in [
+        (json!({"type": "fly"}), "unknown variant `fly`"),
+        (json!({"type": "drive", "throttle": 1}), "missing field `brake`"),
+        (json!({"type": "drive", "throttle": 1, "brake": 0, "steer": 0}), "spawn one"),
+        (json!({"type": "spawn", "blueprint": "vehicle.none"}), "vehicle.none"),
+        (json!({"type": "destroy", "id": 4_000_000}), "4000000"),
+        (json!({"type": "tiles", "tiles": [tile.clone()]}), "99"),
+        (json!({"type": "tiles", "tiles": vec![tile.clone(); 9]}), "at most 8"),
+        (
+            {
+                tile["size"] = json!([0, 9]);
+                json!({"type": "tiles", "tiles": [tile]})
+            },
+            "0 by 9",
+        ),
+    ] {
+        page.send(&request);
+        let error = page.text(|text| text["type"] == "error");
+        let why = error["message"].as_str().unwrap();
+        assert!(why.contains(said) && !why.contains('\n'), "{request}: {why}");
+    }
+    let pages: Vec<Page> = (0..3).map(|_| viewer.page()).collect();
+    let why = viewer.socket(&format!("http://{}", viewer.host)).unwrap_err();
+    assert!(why.contains("503"), "{why}");
+    drop(pages);
+    sim.end();
+    let ended = page.text(|text| text["type"] == "ended");
+    assert!(ended["message"].as_str().unwrap().contains("the host has ended"), "{ended}");
+    let (is_good, said) = viewer.wait();
+    assert!(is_good && said.contains("has ended"), "{said}");
+}
+
+#[test]
+fn wrong_arguments_of_the_viewer_have_one_error() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let port = viewer.host.rsplit(':').next().unwrap();
+    let name = sim.instance().id();
+    for (args, said) in [
+        (&["--name", "nowhere"][..], "nowhere"),
+        (&["--name", name, "--port", port], "Address already in use"),
+    ] {
+        let output = omnibus().args(["view", "--no-open"]).args(args).output().unwrap();
+        let why = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), why.lines().count()), (Some(1), 1), "{why}");
+        assert!(why.contains(said), "{why}");
+    }
+    viewer.end();
+    sim.end();
+}
+
+/// The names of Chromium's program.
+const CHROMIUM: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
+
+#[test]
+fn the_page_works_in_chromium() {
+    let test = "the_page_works_in_chromium";
+    let runs = |name: &&&str| Command::new(name).arg("--version").output().is_ok();
+    let Some(chromium) = CHROMIUM.iter().find(runs) else {
+        return note_skipped(test, "chromium is not installed");
+    };
+    let sim = Sim::start(&[]);
+    run_in_real_time(&sim);
+    let viewer = Viewer::start(&sim);
+    let scratch = Scratch::new();
+    let picture = scratch.path().join("page.png");
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/python/view.py");
+    let output = Command::new("python3")
+        .args([script, chromium, &format!("http://{}/", viewer.host)])
+        .arg(&picture)
+        .output();
+    let output = match output {
+        Ok(output) => output,
+        Err(e) => return note_skipped(test, &format!("python3 is not there: {e}")),
+    };
+    let said = String::from_utf8_lossy(&output.stdout).into_owned();
+    assert_eq!(said, "seen\n", "{}", String::from_utf8_lossy(&output.stderr));
+    assert!(Path::new(&picture).metadata().unwrap().len() > 20_000);
+    viewer.end();
+    sim.end();
+}
+
+fn run_in_real_time(sim: &Sim) {
+    let mut client = sim.client("pace");
+    let settings = client.settings().with_pace(Pace::RealTime(1.0));
+    client.apply_settings(settings).unwrap();
+}
