@@ -139,7 +139,7 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 18] = [
+const VERBS: [(&str, Measure); 19] = [
     ("tick", tick::measure),
     ("host", host::measure),
     ("rest", rest::measure),
