@@ -3,6 +3,7 @@
 Arguments: the export, the folder of its scenes.
 """
 
+import json
 import pathlib
 import sys
 
@@ -28,7 +29,8 @@ for scene in scenes(sys.argv[2]):
             assert points.dtype == np.float32 and labels.dtype == np.uint32
             assert len(points) > 0 and np.array_equal(points, scene.points(lidar, frame))
             assert np.array_equal(labels, scene.labels(lidar, frame))
-        assert sample["boxes.json"]["actors"] == scene.boxes(frame)
+        text = (scene.folder / f"boxes/{frame:06}.json").read_text()
+        assert sample["boxes.json"] == json.loads(text)
         assert sample["frame.json"] == line
         assert sample["sensors.json"] == scene.metadata["settings"]["sensors"]
 assert not samples, list(samples)

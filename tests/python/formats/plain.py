@@ -34,8 +34,11 @@ class Scene:
         self.lines = [json.loads(line) for line in (folder / "frames.jsonl").open()]
 
     def boxes(self, frame: int) -> list[dict]:
-        """Returns the boxes of a frame."""
-        return json.loads((self.folder / f"boxes/{frame:06}.json").read_text())["actors"]
+        """Returns the boxes of a frame, those of the town's objects as of actors at rest."""
+        boxes = json.loads((self.folder / f"boxes/{frame:06}.json").read_text())
+        at_rest = {"blueprint": "", "velocity_mps": [0.0, 0.0, 0.0]}
+        objects = [{**at_rest, "actor_id": o["object_id"], **o} for o in boxes["objects"]]
+        return boxes["actors"] + objects
 
     def image(self, camera: str, output: str, frame: int) -> np.ndarray:
         """Returns an image of a camera as an array."""

@@ -225,12 +225,26 @@ impl Frame<'_> {
         Ok(image)
     }
 
-    /// Reads the boxes of everything that a sensor saw.
+    /// Reads the boxes of everything that a sensor saw: actors, and objects of the town as actors at rest
+    /// with the id that they have in images.
     pub(crate) fn boxes(&self) -> Result<Vec<ActorBox>, CollectError> {
         let path = self.path("boxes", "json");
-        let boxes: Boxes = serde_json::from_slice(&self.bytes("boxes", "json")?)
-            .map_err(|e| CollectError::damaged(&path, e))?;
-        Ok(boxes.actors)
+        let Boxes { mut actors, objects, .. } =
+            serde_json::from_slice(&self.bytes("boxes", "json")?)
+                .map_err(|e| CollectError::damaged(&path, e))?;
+        actors.extend(objects.into_iter().map(|object| ActorBox {
+            actor_id: object.object_id,
+            blueprint: object.blueprint.unwrap_or_default(),
+            tag: object.tag,
+            tag_name: object.tag_name,
+            size_m: object.size_m,
+            world_from_box: object.world_from_box,
+            velocity_mps: [0.0; 3],
+            traffic_light_state: None,
+            lidar_points: object.lidar_points,
+            cameras: object.cameras,
+        }));
+        Ok(actors)
     }
 
     /// Reads the returns of a lidar: x, y, z in sensor space and intensity, as little-endian f32.
