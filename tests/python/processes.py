@@ -325,6 +325,8 @@ def refusals_have_codes_and_advice() -> None:
 
 
 if __name__ == "__main__":
+    # A shell starts background jobs with SIGINT ignored, and Python leaves it so.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     for test in (
         a_forked_child_leaves_its_parent_s_connection_alone,
         threads_share_a_client,
