@@ -164,7 +164,7 @@ impl Instance {
     pub fn sweep() -> Vec<String> {
         let mut swept = Vec::new();
         for instance in Instance::all() {
-            // Before the lock, whose file may be created and changes the folder.
+            // Before the lock is taken, because creating its file changes the folder.
             let Ok(folder) = fs::metadata(instance.root()) else { continue };
             // Held until everything is removed: a new host of this name waits for it.
             let Some(_lock) = instance.lock_of_dead_host() else { continue };

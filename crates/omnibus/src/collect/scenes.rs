@@ -29,7 +29,7 @@ use crate::collect::{
 /// The plan of a collection of scenes, with the values of the options.
 const PLAN: &str = "plan.toml";
 
-/// How often a scene whose process was killed is continued.
+/// Most continuations of a scene after its process was killed.
 const RETRIES: u32 = 2;
 
 /// How often this process looks whether it is to end.

@@ -116,8 +116,8 @@ impl WeatherEntry {
     }
 }
 
-/// Latitude of the sun's daily path.
-const LATITUDE_DEG: f32 = 45.0;
+/// Latitude of the sun's daily path, the same as on the page of `omnibus view`.
+const LATITUDE_DEG: f32 = 30.0;
 
 /// Returns the altitude of the sun, and its azimuth counter-clockwise from east, at an hour of solar time
 /// at an equinox: sin(altitude) = cos(latitude) cos(h) with the hour angle h, 15 degrees an hour from
@@ -139,10 +139,10 @@ mod tests {
         let near =
             |[a, b]: [f32; 2], [c, d]: [f32; 2]| (a - c).abs() < 0.01 && (b - d).abs() < 0.01;
         assert!(near(degrees(6.0), [0.0, 0.0]), "{:?}", degrees(6.0));
-        assert!(near(degrees(12.0), [45.0, -90.0]), "{:?}", degrees(12.0));
+        assert!(near(degrees(12.0), [60.0, -90.0]), "{:?}", degrees(12.0));
         let [altitude, azimuth] = degrees(18.0);
         assert!(altitude.abs() < 0.01 && (azimuth.abs() - 180.0).abs() < 0.01, "{azimuth}");
-        assert!((degrees(0.0)[0] + 45.0).abs() < 0.01);
+        assert!((degrees(0.0)[0] + 60.0).abs() < 0.01);
     }
 
     #[test]
