@@ -17,6 +17,8 @@ const ANTICIPATION_BRAKE_MPS2: f32 = 2.5;
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Distance from a stop line to the virtual standing leader behind it.
 const LINE_GAP_M: f32 = 0.6;
+/// Desired speed up to which a vehicle is to stand.
+pub(crate) const STANDSTILL_MPS: f32 = 0.1;
 
 /// Returns the IDM acceleration behind a leader, metres per second squared (Treiber, Hennecke and
 /// Helbing 2000, in the form in which free acceleration and interaction do not add up). `min_gap_m`
@@ -31,10 +33,11 @@ pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, min_gap_m: f32) -> f3
     interaction.max(-BRAKE_MAX_MPS2)
 }
 
-/// Returns the acceleration on a free road towards `desired`, metres per second.
+/// Returns the acceleration on a free road towards `desired`, metres per second; it is never positive
+/// where `desired` is a standstill.
 pub(crate) fn free_accel(speed: f32, desired: f32) -> f32 {
-    if speed <= desired {
-        let part = speed / desired.max(0.1);
+    if speed <= desired && desired > STANDSTILL_MPS {
+        let part = speed / desired;
         ACCEL_MAX_MPS2 * (1.0 - part.powi(8))
     } else {
         (-1.5 * (speed - desired)).max(-COMFORT_BRAKE_MPS2 * 1.5)
@@ -155,6 +158,19 @@ mod tests {
         assert!(idm(speed, speed, at_rest, GAP_M).abs() < 1e-4);
         assert!(idm(speed, speed, at_rest + 1.0, GAP_M) > 0.0);
         assert!(idm(speed, speed, at_rest - 1.0, GAP_M) < 0.0);
+    }
+
+    #[test]
+    fn a_vehicle_that_is_to_stand_never_accelerates() {
+        for speed in [0.0, 0.01, 1.0, 20.0] {
+            for desired in [0.0, STANDSTILL_MPS] {
+                let accel = free_accel(speed, desired);
+                assert!(accel <= 0.0 || speed < desired, "{accel} at {speed} towards {desired}");
+                assert!(accel < 0.2, "{accel} at {speed} towards {desired}");
+            }
+        }
+        assert_eq!(free_accel(0.0, 0.0), 0.0);
+        assert_eq!(free_accel(0.0, 5.0), ACCEL_MAX_MPS2);
     }
 
     #[test]

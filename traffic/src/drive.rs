@@ -90,7 +90,12 @@ pub(crate) fn control(
         accel = accel.min(-3.0);
     }
 
-    let maneuver = recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s);
+    let maneuver = if desired <= car_following::STANDSTILL_MPS {
+        recover::end(vehicles, row);
+        recover::Maneuver::Forward
+    } else {
+        recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s)
+    };
     if maneuver == recover::Maneuver::Hold {
         accel = accel.min(-1.0);
     }

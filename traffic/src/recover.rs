@@ -91,6 +91,11 @@ pub(crate) fn decide(
     Maneuver::Forward
 }
 
+/// Ends the recovery of a vehicle that is to stand.
+pub(crate) fn end(vehicles: &mut VehicleTable, row: usize) {
+    (vehicles.stuck_s[row], vehicles.reverse_s[row]) = (0.0, 0.0);
+}
+
 /// Returns the side on which the leader leaves more room: 1 left, −1 right.
 fn side_away_from(agents: &Agents, agent: usize, leader: &Leader) -> f32 {
     let Some(obstacle) = agents.position.get(leader.agent as usize) else { return 1.0 };

@@ -46,6 +46,23 @@ fn a_fixed_speed_holds_until_a_speed_reduction_is_set() {
 }
 
 #[test]
+fn a_vehicle_with_a_fixed_speed_of_zero_stands_even_askew_before_an_obstacle() {
+    let obstacle = Car { parked: true, ..car(20.0, -1.75, 0.0) };
+    for yaw in [0.0, 0.8] {
+        for gap_m in [0.3, 20.0] {
+            let own = Car { yaw, ..car(15.0 - gap_m, -1.75, 0.0) };
+            let cars = vec![own, obstacle.clone()];
+            let mut course = Course::with_cars(maps::two_lanes(), 1, cars);
+            course.tick_with(&[turned_for(1, param::SPEED_MPS, 0.0)]);
+            (0..20 * 30).for_each(|_| course.tick());
+            let own = &course.cars[0];
+            assert!(own.driven_m < 0.01, "{yaw} rad, {gap_m} m: drove {} m", own.driven_m);
+            assert_eq!((own.throttle, own.speed), (0.0, 0.0), "{yaw} rad, {gap_m} m");
+        }
+    }
+}
+
+#[test]
 fn a_lateral_offset_is_driven() {
     for offset in [0.6, -0.4] {
         let course = alone(&[turned(param::OFFSET_LEFT_M, offset)], 12);
