@@ -133,6 +133,53 @@ fn mcap_s_own_reader_finds_the_schemas_of_foxglove() {
     check("mcap_s_own_reader_finds_the_schemas_of_foxglove", "mcap", &[]);
 }
 
+#[test]
+fn images_of_every_format_hold_the_same_and_are_exported_as_the_same() {
+    let folder = Scratch::new();
+    for format in ["png", "jpeg", "npy", "npy.zst"] {
+        let set = folder.path().join(format);
+        let output = omnibus()
+            .args(["collect", "--map", "Flatford", "--seed", "4", "--device", "cpu", "--out"])
+            .arg(&set)
+            .args(["--vehicles", "20", "--walkers", "10", "--frames", "3", "--every", "5"])
+            .args(["--width", "160", "--height", "120", "--image-format", format])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let verified = omnibus().args(["collect", "--verify"]).arg(&set).output().unwrap();
+        let text = String::from_utf8_lossy(&verified.stdout);
+        assert!(verified.status.success() && text.contains("no fault"), "{format}: {text}");
+        assert!(text.contains("lidar against the depth of front"), "{format}: {text}");
+    }
+    let exported = ["png", "npy", "npy.zst"].map(|format| {
+        let out = folder.path().join(format!("yolo-{format}"));
+        let output = export(&folder.path().join(format), "yolo", &out, &[]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        // The names hold that of the data set.
+        let named = |(path, bytes): (PathBuf, Vec<u8>)| {
+            (path.to_string_lossy().replace(&format!("{}_", format.replace('.', "_")), ""), bytes)
+        };
+        files(&out).into_iter().map(named).collect::<BTreeMap<_, _>>()
+    });
+    for other in &exported[1..] {
+        let (one, other) = (&exported[0], other);
+        assert!(one.keys().eq(other.keys()), "{:?} {:?}", one.keys(), other.keys());
+        for (path, bytes) in one.iter().filter(|(path, _)| path.contains("images/")) {
+            assert!(bytes == &other[path], "{path}");
+        }
+    }
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => {
+            let test = "images_of_every_format_hold_the_same_and_are_exported_as_the_same";
+            return note_skipped(test, &format!("no Python environment: {why}"));
+        }
+    };
+    let script = format!("{}/python/formats/check_images.py", env!("CARGO_MANIFEST_DIR"));
+    let ended = Command::new(python).arg(script).arg(folder.path()).output().unwrap();
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+}
+
 const FORMATS: [&str; 6] = ["coco", "kitti", "mcap", "nuscenes", "webdataset", "yolo"];
 
 /// The files below a folder, by their path in it.

@@ -109,7 +109,6 @@ const OWNED: &[(&str, &str)] = &[
     ("quick-xml", "road"),
     ("socket2", "ros2"),
     ("axum", "view"),
-    ("zstd", "record"),
 ];
 
 fn root() -> PathBuf {

@@ -90,7 +90,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     let set = Set::open(&args.dirs)?;
     let output = Output::create(&args.out)?;
     let root = output.root();
-    let images = Images::new(args.jpeg);
+    let images = Images::new(args.jpeg, &set)?;
     let split = Split::of(&set, fraction);
     let threads = Threads::new(args.threads);
     match args.format {

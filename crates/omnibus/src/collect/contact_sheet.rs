@@ -50,7 +50,7 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
         // Evenly over the whole set, including the first and the last frame.
         let line = &lines[row * (lines.len() - 1) / (rows - 1).max(1)];
         if let Some(camera) = camera {
-            draw_camera(&mut sheet, row, folder, camera, line)?;
+            draw_camera(&mut sheet, row, (folder, metadata), camera, line)?;
         }
         if let Some(lidar) = lidar {
             draw_lidar(&mut sheet, row, folder, lidar, line)?;
@@ -66,11 +66,13 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
 fn draw_camera(
     sheet: &mut Sheet,
     row: usize,
-    folder: &Folder,
+    (folder, metadata): (&Folder, &Metadata),
     camera: &Sensor,
     line: &FrameLine,
 ) -> Result<(), CollectError> {
-    let image = |output: &str| read_image(folder, &format!("{}/{output}", camera.name), line.frame);
+    let image = |output: &str| {
+        read_image(folder, metadata, &format!("{}/{output}", camera.name), line.frame)
+    };
     let width = camera.camera.as_ref().map_or(TILE_WIDTH, |c| c.width_px as usize);
     let scale = width as f32 / sheet.tile[0] as f32;
     let at = |image: &Image, x: usize, y: usize| {
@@ -127,10 +129,18 @@ fn draw_lidar(
 }
 
 /// Reads an image; `None` if there is no such output.
-fn read_image(folder: &Folder, output: &str, frame: u64) -> Result<Option<Image>, CollectError> {
-    let path = folder.frame_file(output, frame, "png");
+fn read_image(
+    folder: &Folder,
+    metadata: &Metadata,
+    output: &str,
+    frame: u64,
+) -> Result<Option<Image>, CollectError> {
+    let extension = metadata.extension(output);
+    let path = folder.frame_file(output, frame, extension);
     match fs::read(&path) {
-        Ok(file) => decode::png(&file).map(Some).map_err(|e| CollectError::damaged(&path, e)),
+        Ok(file) => {
+            decode::image(extension, &file).map(Some).map_err(|e| CollectError::damaged(&path, e))
+        }
         Err(e) if e.kind() == std::io::ErrorKind::NotFound => Ok(None),
         Err(e) => Err(CollectError::io(&path, e)),
     }

@@ -1,10 +1,15 @@
 //! Encodes the planes of a measurement as files.
 
+use jpeg_encoder::ColorType as JpegColor;
 use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
-use protocol::DEPTH_FAR_M;
+use protocol::{DEPTH_FAR_M, output};
 
-use crate::collect::CollectError;
+use crate::collect::{
+    CollectError,
+    image_storage::{ImageFormat, ImageStorage},
+    npy,
+};
 
 /// Steps per metre of the depth in files.
 pub(crate) const DEPTH_STEPS_PER_M: f32 = 100.0;
@@ -15,7 +20,10 @@ pub(crate) const DEPTH_FAR: u16 = u16::MAX;
 /// The bit that marks the id of a static object in files; in memory it is the top bit.
 pub(crate) const STATIC_BIT: u32 = 1 << 23;
 
-/// Encodes images as PNG and reuses its memory.
+/// The level of Zstandard: a higher one takes longer than the disk for what it saves.
+const ZSTD_LEVEL: i32 = 1;
+
+/// Encodes images and reuses its memory.
 #[derive(Default)]
 pub(crate) struct Encoder {
     pixels: Vec<u8>,
@@ -24,11 +32,32 @@ pub(crate) struct Encoder {
 }
 
 impl Encoder {
-    /// Encodes red, green, blue, 255 as RGB.
-    pub(crate) fn color(&mut self, size: [u32; 2], rgba: &[u8]) -> Result<(), CollectError> {
-        self.pixels.clear();
-        self.pixels.extend(rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]));
-        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
+    /// Encodes an output of a camera, as its plane has it (see [`protocol::output`]).
+    pub(crate) fn image(
+        &mut self,
+        storage: ImageStorage,
+        output: u32,
+        size: [u32; 2],
+        plane: &[u8],
+    ) -> Result<(), CollectError> {
+        match (storage.format, output) {
+            (ImageFormat::Npy, _) => {
+                self.array(output, size, plane);
+                Ok(())
+            }
+            (ImageFormat::NpyZst, _) => {
+                self.array(output, size, plane);
+                std::mem::swap(&mut self.pixels, &mut self.file);
+                self.zstd()
+            }
+            (ImageFormat::Jpeg, output::COLOR) => {
+                jpeg(size, plane, JpegColor::Rgba, storage.jpeg_quality, &mut self.file)
+            }
+            (_, output::COLOR) => self.color(size, plane),
+            (_, output::DEPTH) => self.depth(size, bytemuck::cast_slice(plane)),
+            (_, output::TAG) => self.tag(size, plane),
+            _ => self.instance(size, bytemuck::cast_slice(plane)),
+        }
     }
 
     /// Encodes RGB.
@@ -38,28 +67,35 @@ impl Encoder {
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
     }
 
+    /// Encodes red, green, blue, 255 as RGB.
+    fn color(&mut self, size: [u32; 2], rgba: &[u8]) -> Result<(), CollectError> {
+        first_three(rgba.as_chunks().0, &mut self.pixels);
+        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
+    }
+
     /// Encodes depth, metres in native order as in [`protocol::output::DEPTH`], as 16-bit steps.
-    pub(crate) fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
-        self.pixels.clear();
-        self.pixels.extend(metres.iter().flat_map(|m| depth_steps(*m).to_be_bytes()));
+    fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
+        self.pixels.resize(metres.len() * 2, 0);
+        for (bytes, metres) in self.pixels.as_chunks_mut().0.iter_mut().zip(metres) {
+            *bytes = depth_steps(*metres).to_be_bytes();
+        }
         self.png(size, ColorType::Grayscale, BitDepth::Sixteen, Filter::Paeth)
     }
 
     /// Encodes tags.
-    pub(crate) fn tag(&mut self, size: [u32; 2], tags: &[u8]) -> Result<(), CollectError> {
+    fn tag(&mut self, size: [u32; 2], tags: &[u8]) -> Result<(), CollectError> {
         self.pixels.clear();
         self.pixels.extend_from_slice(tags);
         self.png(size, ColorType::Grayscale, BitDepth::Eight, Filter::Up)
     }
 
     /// Encodes ids as three bytes, the lowest first.
-    pub(crate) fn instance(&mut self, size: [u32; 2], ids: &[u32]) -> Result<(), CollectError> {
-        self.pixels.clear();
-        let bytes = |id: &u32| {
-            let [low, middle, high, _] = file_id(*id).to_le_bytes();
-            [low, middle, high]
-        };
-        self.pixels.extend(ids.iter().flat_map(bytes));
+    fn instance(&mut self, size: [u32; 2], ids: &[u32]) -> Result<(), CollectError> {
+        self.pixels.resize(ids.len() * 3 + 1, 0);
+        for (index, id) in ids.iter().enumerate() {
+            self.pixels[3 * index..][..4].copy_from_slice(&file_id(*id).to_le_bytes());
+        }
+        self.pixels.truncate(ids.len() * 3);
         self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Up)
     }
 
@@ -85,6 +121,74 @@ impl Encoder {
         };
         write().map_err(|e| CollectError::Bug { what: "encoding a PNG", why: e.to_string() })
     }
+
+    /// Encodes an array of NumPy.
+    fn array(&mut self, output: u32, [width, height]: [u32; 2], plane: &[u8]) {
+        let (kind, shape) = match output {
+            output::COLOR => ("|u1", format!("({height}, {width}, 3)")),
+            output::DEPTH => ("<f4", format!("({height}, {width})")),
+            output::TAG => ("|u1", format!("({height}, {width})")),
+            _ => ("<u4", format!("({height}, {width})")),
+        };
+        npy::head(kind, &shape, &mut self.file);
+        match output {
+            output::COLOR => {
+                first_three(plane.as_chunks().0, &mut self.pixels);
+                self.file.extend_from_slice(&self.pixels);
+            }
+            output::INSTANCE => {
+                let ids: &[u32] = bytemuck::cast_slice(plane);
+                let begin = self.file.len();
+                self.file.resize(begin + plane.len(), 0);
+                for (bytes, id) in self.file[begin..].as_chunks_mut().0.iter_mut().zip(ids) {
+                    *bytes = file_id(*id).to_le_bytes();
+                }
+            }
+            _ => self.file.extend_from_slice(plane),
+        }
+    }
+
+    /// Compresses `pixels`.
+    fn zstd(&mut self) -> Result<(), CollectError> {
+        self.file.resize(zstd::zstd_safe::compress_bound(self.pixels.len()), 0);
+        let length =
+            zstd::bulk::compress_to_buffer(&self.pixels, &mut self.file[..], ZSTD_LEVEL).map_err(
+                |e| CollectError::Bug { what: "compressing an array", why: e.to_string() },
+            )?;
+        self.file.truncate(length);
+        Ok(())
+    }
+}
+
+/// Encodes 8-bit pixels as JPEG.
+pub(crate) fn jpeg(
+    size: [u32; 2],
+    pixels: &[u8],
+    color: JpegColor,
+    quality: u8,
+    file: &mut Vec<u8>,
+) -> Result<(), CollectError> {
+    let encode = || {
+        let [width, height] = size.map(u16::try_from);
+        let (Ok(width), Ok(height)) = (width, height) else {
+            return Err(format!("{size:?} pixels; JPEG allows 65535 on each side"));
+        };
+        file.clear();
+        jpeg_encoder::Encoder::new(file, quality)
+            .encode(pixels, width, height, color)
+            .map_err(|e| e.to_string())
+    };
+    encode().map_err(|why| CollectError::Bug { what: "encoding a JPEG", why })
+}
+
+/// Copies the first three of every four bytes. Four bytes are written at once, of which the next overwrite
+/// the last, because appending single bytes took longer than the compression.
+fn first_three(of: &[[u8; 4]], to: &mut Vec<u8>) {
+    to.resize(of.len() * 3 + 1, 0);
+    for (index, four) in of.iter().enumerate() {
+        to[3 * index..][..4].copy_from_slice(four);
+    }
+    to.truncate(of.len() * 3);
 }
 
 /// Converts metres to steps of the file.
@@ -112,8 +216,11 @@ pub(crate) fn returns(
     let mut count = 0;
     for (ray, [id, tag]) in rays.iter().zip(met) {
         if *id != 0 || *tag != 0 {
-            points.extend(ray.iter().flat_map(|v| v.to_le_bytes()));
-            labels.extend([file_id(*id), *tag].iter().flat_map(|v| v.to_le_bytes()));
+            for value in ray {
+                points.extend_from_slice(&value.to_le_bytes());
+            }
+            labels.extend_from_slice(&file_id(*id).to_le_bytes());
+            labels.extend_from_slice(&tag.to_le_bytes());
             count += 1;
         }
     }
@@ -125,38 +232,67 @@ mod tests {
     use super::*;
     use crate::collect::decode;
 
+    const FORMATS: [ImageFormat; 4] =
+        [ImageFormat::Png, ImageFormat::Jpeg, ImageFormat::Npy, ImageFormat::NpyZst];
+
+    /// Encodes and decodes a plane.
+    fn again(format: ImageFormat, output: u32, size: [u32; 2], plane: &[u8]) -> decode::Image {
+        let mut encoder = Encoder::default();
+        // What an encoder reuses is of another image first.
+        let storage = ImageStorage { format, ..ImageStorage::default() };
+        encoder.image(storage, output::TAG, [3, 5], &[7; 15]).unwrap();
+        encoder.image(storage, output, size, plane).unwrap();
+        let image = decode::image(format.extension(output), &encoder.file).unwrap();
+        assert_eq!([image.width, image.height], size.map(|side| side as usize), "{format:?}");
+        image
+    }
+
     #[test]
     fn colour_is_decoded_without_its_fourth_byte() {
-        let mut encoder = Encoder::default();
-        encoder.color([2, 1], &[1, 2, 3, 255, 40, 50, 60, 255]).unwrap();
-        let image = decode::png(&encoder.file).unwrap();
-        assert_eq!((image.width, image.height, image.bytes), (2, 1, vec![1, 2, 3, 40, 50, 60]));
+        for format in FORMATS.into_iter().filter(|format| *format != ImageFormat::Jpeg) {
+            let image = again(format, output::COLOR, [2, 1], &[1, 2, 3, 255, 40, 50, 60, 255]);
+            assert_eq!(image.bytes, [1, 2, 3, 40, 50, 60], "{format:?}");
+        }
+    }
+
+    #[test]
+    fn colour_in_jpeg_differs_by_little_and_has_no_other_order() {
+        let plane: Vec<u8> = (0..64 * 48u32)
+            .flat_map(|i| [(i % 64 * 3) as u8, (i / 64 * 4) as u8, 90, 255])
+            .collect();
+        let image = again(ImageFormat::Jpeg, output::COLOR, [64, 48], &plane);
+        for (found, wanted) in image.bytes.chunks_exact(3).zip(plane.chunks_exact(4)) {
+            for channel in 0..3 {
+                assert!(found[channel].abs_diff(wanted[channel]) <= 6, "{found:?} {wanted:?}");
+            }
+        }
     }
 
     #[test]
     fn depth_is_decoded_within_half_a_centimetre() {
-        let metres = [0.0, 0.004, 0.126, 12.345, 655.3, 655.36, 999.0, DEPTH_FAR_M];
-        let mut encoder = Encoder::default();
-        encoder.depth([4, 2], &metres).unwrap();
-        let steps = decode::png(&encoder.file).unwrap().sixteen();
-        for (metre, step) in metres.iter().zip(&steps).take(5) {
-            assert!(
-                (f32::from(*step) / DEPTH_STEPS_PER_M - metre).abs() <= 0.00501,
-                "{metre} {step}"
-            );
+        let metres = [0.0f32, 0.004, 0.126, 12.345, 655.3, 655.36, 999.0, DEPTH_FAR_M];
+        for format in FORMATS {
+            let image = again(format, output::DEPTH, [4, 2], bytemuck::cast_slice(&metres));
+            let steps = image.sixteen();
+            for (metre, step) in metres.iter().zip(&steps).take(5) {
+                assert!(
+                    (f32::from(*step) / DEPTH_STEPS_PER_M - metre).abs() <= 0.00501,
+                    "{metre} {step}"
+                );
+            }
+            assert_eq!(steps[5..], [DEPTH_FAR; 3], "{format:?}");
         }
-        assert_eq!(steps[5..], [DEPTH_FAR; 3]);
     }
 
     #[test]
     fn ids_and_tags_are_decoded_unchanged() {
-        let ids = [0, 1, 70_000, 8_388_607, 0x8000_0000, 0x8000_0000 | 513];
-        let mut encoder = Encoder::default();
-        encoder.instance([3, 2], &ids).unwrap();
-        let back = decode::png(&encoder.file).unwrap().ids();
-        assert_eq!(back, [0, 1, 70_000, 8_388_607, STATIC_BIT, STATIC_BIT | 513]);
-        encoder.tag([3, 2], &[0, 1, 14, 28, 24, 255]).unwrap();
-        assert_eq!(decode::png(&encoder.file).unwrap().bytes, [0, 1, 14, 28, 24, 255]);
+        let ids = [0u32, 1, 70_000, 8_388_607, 0x8000_0000, 0x8000_0000 | 513];
+        for format in FORMATS {
+            let image = again(format, output::INSTANCE, [3, 2], bytemuck::cast_slice(&ids));
+            assert_eq!(image.ids(), [0, 1, 70_000, 8_388_607, STATIC_BIT, STATIC_BIT | 513]);
+            let tags = [0, 1, 14, 28, 24, 255];
+            assert_eq!(again(format, output::TAG, [3, 2], &tags).bytes, tags, "{format:?}");
+        }
     }
 
     #[test]

@@ -27,11 +27,12 @@ use crate::collect::{
     ego_sensors::EgoSensors,
     encode::{self, Encoder},
     folder::{Folder, write_atomically},
-    format::{Boxes, Ego, FrameLine, SensorPose, hash_text, tracer_name},
+    format::{Boxes, Ego, FrameLine, Output, SensorPose, hash_text, tracer_name},
     frame_list::FrameList,
+    image_storage::ImageStorage,
     map_lines::{FrameLanes, LaneLines},
     objects::StaticObjects,
-    sensors::{self, BOXES, LANES, Pinhole, Task, sensor_from_optical},
+    sensors::{BOXES, LANES, Pinhole, Task, sensor_from_optical},
     silhouette::Silhouette,
 };
 
@@ -92,6 +93,7 @@ pub(crate) struct DataSetContext {
     pub(crate) blueprints: Vec<BlueprintInfo>,
     pub(crate) objects: StaticObjects,
     pub(crate) lanes: LaneLines,
+    pub(crate) images: ImageStorage,
 }
 
 struct Shared {
@@ -305,13 +307,9 @@ impl Shared {
     ) -> Result<(), CollectError> {
         let (plane, bytes) = data.plane(sensor, output)?;
         let size = [plane.width, plane.height];
-        match output {
-            output::COLOR => encoder.color(size, bytes)?,
-            output::DEPTH => encoder.depth(size, bytemuck::cast_slice(bytes))?,
-            output::TAG => encoder.tag(size, bytes)?,
-            _ => encoder.instance(size, bytemuck::cast_slice(bytes))?,
-        }
-        self.write(data, folder, "png", &encoder.file)?;
+        let storage = self.context.images;
+        encoder.image(storage, output, size, bytes)?;
+        self.write(data, folder, storage.format.extension(output), &encoder.file)?;
         self.images.fetch_add(1, Ordering::Relaxed);
         Ok(())
     }
@@ -411,9 +409,9 @@ impl Shared {
 }
 
 /// Creates the folders that the tasks write to.
-pub(crate) fn make_folders(folder: &Folder, sensors: &[SensorSpec]) -> Result<(), CollectError> {
-    for output in sensors::outputs(sensors) {
-        let path = folder.root().join(output.folder);
+pub(crate) fn make_folders(folder: &Folder, outputs: &[Output]) -> Result<(), CollectError> {
+    for output in outputs {
+        let path = folder.root().join(&output.folder);
         std::fs::create_dir_all(&path).map_err(|e| CollectError::io(&path, e))?;
     }
     Ok(())

@@ -8,7 +8,7 @@ use glam::{Affine3A, Mat4};
 use protocol::{ActorState, Pose, flag, tracer};
 use serde::{Deserialize, Serialize};
 
-use crate::collect::{ego_sensors::EgoSensors, events::Event};
+use crate::collect::{ego_sensors::EgoSensors, events::Event, image_storage::ImageStorage};
 
 /// The version of the format.
 pub(crate) const FORMAT: &str = "omnibus-dataset-3";
@@ -41,6 +41,14 @@ pub(crate) struct Metadata {
     /// CRC-32 of every file that belongs to no frame, except this one; empty until all requested
     /// frames are complete.
     pub(crate) files_crc32: BTreeMap<String, u32>,
+}
+
+impl Metadata {
+    /// Returns the extension of the files in a folder; a folder that is not listed has none.
+    pub(crate) fn extension(&self, folder: &str) -> &str {
+        let output = self.outputs.iter().find(|output| output.folder == folder);
+        output.map_or("", |output| &output.extension)
+    }
 }
 
 /// Everything that decides what the frames show: the same settings and build give the same data
@@ -87,6 +95,9 @@ pub(crate) struct DataSetSettings {
     /// Places that the ego drives over; empty: turns at random.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub(crate) ego_route: Vec<[f32; 2]>,
+    /// How the images are stored.
+    #[serde(default)]
+    pub(crate) images: ImageStorage,
     /// The sensors on the ego.
     pub(crate) sensors: Vec<Sensor>,
 }

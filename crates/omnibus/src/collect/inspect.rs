@@ -92,7 +92,7 @@ pub(crate) fn check(
         let lanes: FrameLanes = serde_json::from_slice(file).map_err(|e| e.to_string())?;
         expect("frame", lanes.frame, line.frame)?;
     } else if let Some(camera) = sensor.and_then(|s| s.camera.as_ref()) {
-        let image = decode::png(file)?;
+        let image = decode::image(metadata.extension(folder), file)?;
         expect("width", image.width as u64, camera.width_px.into())?;
         expect("height", image.height as u64, camera.height_px.into())?;
     } else if let Some(points) = line.point_counts.get(name) {

@@ -6,7 +6,7 @@ use anyhow::{anyhow, ensure};
 use protocol::PIPELINE_MAX;
 
 use crate::{
-    collect::{plan::Plan, sky::WeatherEntry},
+    collect::{image_storage::ImageFormat, plan::Plan, sky::WeatherEntry},
     sensors_file,
 };
 
@@ -73,6 +73,12 @@ pub(crate) struct Options {
     /// Height of every camera's images (600 without a plan)
     #[arg(long, value_name = "PIXELS")]
     height: Option<u32>,
+    /// How images are stored
+    #[arg(long, value_name = "FORMAT")]
+    image_format: Option<ImageFormat>,
+    /// The quality of JPEG, 1 to 100 (95 without a plan)
+    #[arg(long, value_name = "QUALITY")]
+    jpeg_quality: Option<u8>,
     /// How many frames rendering may lag behind the simulation, 0 to 3; the data are the same
     #[arg(long, value_name = "FRAMES", default_value_t = 1)]
     pub(crate) pipeline: u32,
@@ -130,6 +136,8 @@ impl Options {
             vehicles => traffic.vehicles,
             vehicles_near => traffic.vehicles_near,
             walkers => traffic.walkers,
+            image_format => images.format,
+            jpeg_quality => images.jpeg_quality,
         }
         if let Some(scenes) = self.scenes {
             plan.scenes = scenes.get();
@@ -241,6 +249,7 @@ mod tests {
             (&["--weather", "hail"], "hail"),
             (&["--time", "25"], "25"),
             (&["--width", "0"], "width_px is 0"),
+            (&["--jpeg-quality", "101"], "jpeg_quality is 101"),
             (&["--scene", "1"], "--scene is 1, but the plan has 1 scenes"),
         ] {
             let error = format!("{:#}", plan_of(args).unwrap_err());

@@ -10,6 +10,7 @@ use crate::{
     collect::{
         actors::EGO,
         events::{Crossing, Event},
+        image_storage::ImageStorage,
         sensors::CAMERA_OUTPUTS,
         sky::{self, WeatherEntry},
     },
@@ -43,6 +44,7 @@ pub(crate) struct Plan {
     pub(crate) weathers: Vec<WeatherEntry>,
     pub(crate) ego: EgoEntry,
     pub(crate) traffic: TrafficEntry,
+    pub(crate) images: ImageStorage,
     #[serde(rename = "event")]
     pub(crate) events: Vec<Event>,
     #[serde(rename = "sensor")]
@@ -90,6 +92,7 @@ impl Default for Plan {
             weathers: Vec::new(),
             ego: EgoEntry::default(),
             traffic: TrafficEntry::default(),
+            images: ImageStorage::default(),
             events: Vec::new(),
             sensors: sensors_file::parse_entries(DEFAULT_SENSORS).expect("they are tested"),
         }
@@ -181,6 +184,8 @@ impl Plan {
             "ego.blueprint is {:?}, which is no vehicle; omnibus blueprints lists them",
             self.ego.blueprint
         );
+        let quality = self.images.jpeg_quality;
+        ensure!((1..=100).contains(&quality), "images.jpeg_quality is {quality}; use 1 to 100");
         for route in &self.ego.routes {
             ensure!(!route.is_empty(), "a route in ego.routes has no place");
             ensure!(
@@ -324,6 +329,7 @@ mod tests {
             ("[[weather]]\nfog_density = 101.0", "fog_density"),
             ("[[event]]\nat_secs = 1.0", "neither"),
             ("[traffic]\nradius_m = 1.0", "radius_m"),
+            ("[images]\njpeg_quality = 0", "jpeg_quality is 0"),
             ("sensor = []", "no [[sensor]]"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\noutputs = [\"flow\"]", "color, depth"),
         ] {

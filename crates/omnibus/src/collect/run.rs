@@ -156,6 +156,7 @@ pub(crate) fn collect(
         events: plan.events.clone(),
         ego_blueprint: plan.ego.blueprint.clone(),
         ego_route: scene.route.clone(),
+        images: plan.images,
         sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
@@ -189,8 +190,8 @@ pub(crate) fn collect(
     let mut metadata = metadata::of(settings, spawned, &sensors, plan.frames);
     metadata.frames_complete = lines.len() as u64;
     folder.write_metadata(&metadata)?;
-    make_folders(&folder, &sensors)?;
-    folder.remove_partial_files(sensors::outputs(&sensors).iter().map(|o| o.folder.as_str()))?;
+    make_folders(&folder, &metadata.outputs)?;
+    folder.remove_partial_files(metadata.outputs.iter().map(|o| o.folder.as_str()))?;
     write_map(&folder, &episode)?;
     let objects = StaticObjects::load(client, &episode)?;
     let network = client.map()?;
@@ -205,6 +206,7 @@ pub(crate) fn collect(
         blueprints: client.blueprints().to_vec(),
         objects,
         lanes: LaneLines::new(lanes),
+        images: plan.images,
     };
     let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;

@@ -5,7 +5,10 @@ use std::f32::consts::FRAC_PI_2;
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use protocol::{Pose, SensorSpec, output, sensor};
 
-use crate::collect::format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal};
+use crate::collect::{
+    format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal},
+    image_storage::ImageFormat,
+};
 
 /// The outputs of cameras that have files.
 pub(crate) const CAMERA_OUTPUTS: u32 =
@@ -161,7 +164,7 @@ const IMAGES: [(u32, &str); 4] = [
 ];
 
 /// Returns the contents of each folder of the data set.
-pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
+pub(crate) fn outputs(sensors: &[SensorSpec], format: ImageFormat) -> Vec<Output> {
     let mut all = Vec::new();
     let mut add = |folder: &str, extension: &str, description: &str| {
         let (folder, extension) = (folder.to_owned(), extension.to_owned());
@@ -169,7 +172,10 @@ pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
     };
     for task in tasks(sensors) {
         match task {
-            Task::Image { output, folder, .. } => add(&folder, "png", image_holds(output)),
+            Task::Image { output, folder, .. } => {
+                let extension = format.extension(output);
+                add(&folder, extension, image_holds(extension, output));
+            }
             Task::Points { points, labels, .. } => {
                 add(
                     &points,
@@ -203,14 +209,19 @@ pub(crate) fn outputs(sensors: &[SensorSpec]) -> Vec<Output> {
     all
 }
 
-fn image_holds(output: u32) -> &'static str {
+fn image_holds(extension: &str, output: u32) -> &'static str {
+    let is_array = extension.starts_with("npy");
     match output {
+        output::DEPTH if is_array => "f32 metres along the optical axis; 1000 is the sky",
+        output::INSTANCE if is_array => {
+            "u32: 0 is the sky, below 8388608 an actor's id, from 8388608 on a static object of the town"
+        }
         output::COLOR => "8-bit RGB, sRGB",
         output::DEPTH => {
             "16-bit grey: centimetres along the optical axis, rounded; 65535 is 655.35 m or \
              farther, and the sky"
         }
-        output::TAG => "8-bit grey: the semantic tag's code",
+        output::TAG => "8 bits: the semantic tag's code",
         _ => {
             "8-bit RGB: id = R + 256 G + 65536 B; 0 is the sky, below 8388608 an actor's id, from \
              8388608 on a static object of the town"
@@ -255,7 +266,7 @@ mod tests {
 
     #[test]
     fn every_output_of_the_sensors_has_its_folder() {
-        let outputs = outputs(&default_sensors(800, 600));
+        let outputs = outputs(&default_sensors(800, 600), ImageFormat::Png);
         let folders: Vec<_> = outputs.iter().map(|o| o.folder.as_str()).collect();
         assert_eq!(
             folders,

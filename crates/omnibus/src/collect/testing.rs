@@ -10,6 +10,7 @@ use std::{
 use protocol::{ActorState, Pose};
 
 use crate::collect::{
+    ImageStorage,
     format::{DataSetSettings, Ego, FrameLine},
     sensors,
 };
@@ -52,6 +53,7 @@ pub(crate) fn settings() -> DataSetSettings {
         events: Vec::new(),
         ego_blueprint: "vehicle.tesla.model3".to_owned(),
         ego_route: Vec::new(),
+        images: ImageStorage::default(),
         sensors: sensors::default_sensors(800, 600).iter().map(sensors::describe).collect(),
     }
 }

@@ -351,7 +351,7 @@ impl FrameCheck<'_> {
         let listed: Vec<_> = actors.chain(objects).collect();
         for sensor in &metadata.settings.sensors {
             let name = &sensor.name;
-            if let Some(image) = image(files, name, "instance") {
+            if let Some(image) = self.image(files, name, "instance") {
                 let mut seen = seen(&image);
                 for (id, cameras, _) in &listed {
                     let shown = seen.remove(id);
@@ -395,10 +395,21 @@ impl FrameCheck<'_> {
         }
     }
 
+    /// Decodes an image of the frame, if its file is sound.
+    fn image(
+        &self,
+        files: &BTreeMap<&str, Vec<u8>>,
+        sensor: &str,
+        output: &str,
+    ) -> Option<decode::Image> {
+        let folder = format!("{sensor}/{output}");
+        decode::image(self.metadata.extension(&folder), files.get(&folder[..])?).ok()
+    }
+
     /// Compares points of a lidar with the depth image of a camera.
     fn check_depth(&mut self, lidar: &Sensor, camera: &Sensor, files: &BTreeMap<&str, Vec<u8>>) {
         let Some(points) = files.get(&format!("{}/points", lidar.name)[..]) else { return };
-        let Some(depth) = image(files, &camera.name, "depth") else { return };
+        let Some(depth) = self.image(files, &camera.name, "depth") else { return };
         let pose = |sensor: &Sensor| {
             let pose = self.line.sensors.iter().find(|pose| pose.name == sensor.name)?;
             let transform = pose.world_from_sensor;
@@ -438,11 +449,6 @@ impl FrameCheck<'_> {
         }
         self.agreements.insert((lidar.name.clone(), camera.name.clone()), agreement);
     }
-}
-
-/// Decodes an image of a frame, if its file is sound.
-fn image(files: &BTreeMap<&str, Vec<u8>>, sensor: &str, output: &str) -> Option<decode::Image> {
-    decode::png(files.get(&format!("{sensor}/{output}")[..])?).ok()
 }
 
 /// Returns the pixels of every id in an instance image.

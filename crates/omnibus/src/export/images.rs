@@ -1,4 +1,4 @@
-//! Colour images: the PNG files of the data set, or JPEG.
+//! Colour images: the files of the data set where they have the wanted format, or PNG, or JPEG.
 
 use std::{fs, path::Path};
 
@@ -6,24 +6,47 @@ use anyhow::{Context, ensure};
 use jpeg_encoder::ColorType;
 
 use crate::{
-    collect::format::{Camera, Sensor},
-    export::set::Frame,
+    collect::{
+        Encoder,
+        format::{Camera, Sensor},
+        jpeg,
+    },
+    export::set::{Frame, Scene, Set},
 };
 
 /// How colour images are stored.
 pub(crate) struct Images {
     jpeg_quality: Option<u8>,
+    extension: &'static str,
 }
 
 impl Images {
-    /// Stores JPEG of a quality from 1 to 100; without one the PNG files as they are.
-    pub(crate) fn new(jpeg_quality: Option<u8>) -> Images {
-        Images { jpeg_quality }
+    /// Stores JPEG of a quality from 1 to 100. Without one the files of the data sets are taken as they are,
+    /// and PNG where these hold arrays.
+    pub(crate) fn new(jpeg_quality: Option<u8>, set: &Set) -> anyhow::Result<Images> {
+        let is_jpeg = |scene: &Scene| {
+            let outputs = &scene.metadata.outputs;
+            outputs.iter().any(|output| output.extension == "jpg")
+        };
+        let count = set.scenes().iter().filter(|scene| is_jpeg(scene)).count();
+        ensure!(
+            jpeg_quality.is_some() || count == 0 || count == set.scenes().len(),
+            "{count} of {} scenes have images in JPEG; use --jpeg QUALITY for all",
+            set.scenes().len()
+        );
+        let extension = if jpeg_quality.is_some() || count > 0 { "jpg" } else { "png" };
+        Ok(Images { jpeg_quality, extension })
     }
 
     /// Returns the extension of the files.
     pub(crate) fn extension(&self) -> &'static str {
-        if self.jpeg_quality.is_some() { "jpg" } else { "png" }
+        self.extension
+    }
+
+    /// Returns the extension of a camera's file in the data set, if it can be taken as it is.
+    fn stored<'a>(&self, frame: &'a Frame, folder: &str) -> Option<&'a str> {
+        let stored = frame.scene.metadata.extension(folder);
+        (self.jpeg_quality.is_none() && stored == self.extension).then_some(stored)
     }
 
     /// Returns the file of a camera's image.
@@ -33,17 +56,31 @@ impl Images {
         sensor: &Sensor,
         camera: &Camera,
     ) -> anyhow::Result<Vec<u8>> {
-        match self.jpeg_quality {
-            None => Ok(frame.bytes(&format!("{}/color", sensor.name), "png")?),
-            Some(quality) => {
-                let image = frame.image(sensor, camera, "color")?;
-                jpeg(image.width, image.height, &image.bytes, quality)
-            }
+        let folder = format!("{}/color", sensor.name);
+        if let Some(extension) = self.stored(frame, &folder) {
+            return Ok(frame.bytes(&folder, extension)?);
         }
+        let image = frame.image(sensor, camera, "color")?;
+        ensure!(
+            image.bytes.len() == image.width * image.height * 3,
+            "an image of {} x {} pixels has {} bytes, is not 8-bit RGB",
+            image.width,
+            image.height,
+            image.bytes.len()
+        );
+        let size = [image.width, image.height].map(|side| side as u32);
+        let Some(quality) = self.jpeg_quality else {
+            let mut encoder = Encoder::default();
+            encoder.picture(size, &image.bytes)?;
+            return Ok(encoder.file);
+        };
+        let mut file = Vec::new();
+        jpeg(size, &image.bytes, ColorType::Rgb, quality, &mut file)?;
+        Ok(file)
     }
 
-    /// Puts a camera's image at `to`: a PNG as another name of the same file where the file system
-    /// allows it, else as a copy.
+    /// Puts a camera's image at `to`: a file of the data set as another name of the same file where the file
+    /// system allows it, else as a copy.
     pub(crate) fn place(
         &self,
         frame: &Frame,
@@ -51,11 +88,12 @@ impl Images {
         camera: &Camera,
         to: &Path,
     ) -> anyhow::Result<()> {
-        if self.jpeg_quality.is_some() {
-            let file = self.file(frame, sensor, camera)?;
-            return fs::write(to, file).with_context(|| to.display().to_string());
+        let folder = format!("{}/color", sensor.name);
+        if let Some(extension) = self.stored(frame, &folder) {
+            return link(&frame.path(&folder, extension), to);
         }
-        link(&frame.path(&format!("{}/color", sensor.name), "png"), to)
+        let file = self.file(frame, sensor, camera)?;
+        fs::write(to, file).with_context(|| to.display().to_string())
     }
 }
 
@@ -66,22 +104,4 @@ pub(crate) fn link(from: &Path, to: &Path) -> anyhow::Result<()> {
     }
     let shown = || format!("copying {} to {}", from.display(), to.display());
     fs::copy(from, to).map(drop).with_context(shown)
-}
-
-/// Encodes 8-bit RGB.
-fn jpeg(width: usize, height: usize, rgb: &[u8], quality: u8) -> anyhow::Result<Vec<u8>> {
-    ensure!(
-        rgb.len() == width * height * 3,
-        "an image of {width} x {height} pixels has {} bytes, is not 8-bit RGB",
-        rgb.len()
-    );
-    let size = |pixels: usize| u16::try_from(pixels).context("JPEG allows 65535 pixels at most");
-    let mut file = Vec::new();
-    jpeg_encoder::Encoder::new(&mut file, quality).encode(
-        rgb,
-        size(width)?,
-        size(height)?,
-        ColorType::Rgb,
-    )?;
-    Ok(file)
 }

@@ -211,16 +211,16 @@ impl Frame<'_> {
         output: &str,
     ) -> Result<Image, CollectError> {
         let output = format!("{}/{output}", sensor.name);
-        let path = self.path(&output, "png");
-        let image = decode::png(&self.bytes(&output, "png")?)
-            .map_err(|why| CollectError::damaged(&path, why))?;
+        let extension = self.scene.metadata.extension(&output);
+        let image = decode::image(extension, &self.bytes(&output, extension)?)
+            .map_err(|why| CollectError::damaged(&self.path(&output, extension), why))?;
         let wanted = (camera.width_px as usize, camera.height_px as usize);
         if (image.width, image.height) != wanted {
             let why = format!(
                 "{} x {} pixels, but metadata.json states {} x {}",
                 image.width, image.height, wanted.0, wanted.1
             );
-            return Err(CollectError::damaged(&path, why));
+            return Err(CollectError::damaged(&self.path(&output, extension), why));
         }
         Ok(image)
     }

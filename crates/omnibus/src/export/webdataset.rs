@@ -9,10 +9,13 @@ use std::{
 use anyhow::Context;
 use tar::{Builder, Header};
 
-use crate::export::{
-    images::Images,
-    parallel::Threads,
-    set::{Frame, Set},
+use crate::{
+    collect::npy,
+    export::{
+        images::Images,
+        parallel::Threads,
+        set::{Frame, Set},
+    },
 };
 
 /// Writes the shards.
@@ -59,15 +62,16 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
         put(&format!("{name}.color.{}", images.extension()), &[&color])?;
         let others = ["depth", "instance", "tag"];
         for output in others.into_iter().filter(|output| frame.scene.has(sensor, output)) {
-            let file = frame.bytes(&format!("{name}/{output}"), "png")?;
-            put(&format!("{name}.{output}.png"), &[&file])?;
+            let folder = format!("{name}/{output}");
+            let extension = frame.scene.metadata.extension(&folder);
+            put(&format!("{name}.{output}.{extension}"), &[&frame.bytes(&folder, extension)?])?;
         }
     }
     for (sensor, _) in frame.scene.lidars() {
         let name = &sensor.name;
         let (points, labels) = (frame.points(sensor)?, frame.labels(sensor)?);
-        put(&format!("{name}.points.npy"), &[&npy("<f4", points.len() / 16, 4), &points])?;
-        put(&format!("{name}.labels.npy"), &[&npy("<u4", labels.len() / 8, 2), &labels])?;
+        put(&format!("{name}.points.npy"), &[&array("<f4", points.len() / 16, 4), &points])?;
+        put(&format!("{name}.labels.npy"), &[&array("<u4", labels.len() / 8, 2), &labels])?;
     }
     let sensors = serde_json::to_vec(&frame.scene.metadata.settings.sensors)?;
     put("boxes.json", &[&frame.bytes("boxes", "json")?])?;
@@ -80,16 +84,9 @@ fn chain<'a>(before: Box<dyn Read + 'a>, part: &&'a [u8]) -> Box<dyn Read + 'a> 
     Box::new(before.chain(*part))
 }
 
-/// Returns the head of a file of numpy, version 1.0: an array by rows.
-fn npy(kind: &str, rows: usize, columns: usize) -> Vec<u8> {
-    let text =
-        format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({rows}, {columns}), }}");
-    let mut head = b"\x93NUMPY\x01\x00".to_vec();
-    // The data begin at a multiple of 64 bytes; a line feed ends the text.
-    let len = (10 + text.len() + 1).next_multiple_of(64) - 10;
-    head.extend((len as u16).to_le_bytes());
-    head.extend(text.as_bytes());
-    head.resize(10 + len - 1, b' ');
-    head.push(b'\n');
+/// Returns the head of an array by rows.
+fn array(kind: &str, rows: usize, columns: usize) -> Vec<u8> {
+    let mut head = Vec::new();
+    npy::head(kind, &format!("({rows}, {columns})"), &mut head);
     head
 }

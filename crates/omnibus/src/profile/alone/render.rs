@@ -8,7 +8,7 @@ use sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
 
 use super::input::{RecordedInput, series};
 use crate::{
-    collect::{Encoder, default_sensors},
+    collect::{CAMERA_OUTPUTS, Encoder, ImageStorage, default_sensors},
     profile::{args::ProfileArgs, report::Series},
     sensors_file::sensors_of,
 };
@@ -156,12 +156,8 @@ fn encode(
         let spec = &sensors[plane.sensor as usize];
         let size = [spec.width, spec.height];
         let data = &out[plane.offset as usize..][..plane.byte_len as usize];
-        match plane.output {
-            output::COLOR => encoder.color(size, data)?,
-            output::DEPTH => encoder.depth(size, bytemuck::cast_slice(data))?,
-            output::TAG => encoder.tag(size, data)?,
-            output::INSTANCE => encoder.instance(size, bytemuck::cast_slice(data))?,
-            _ => {}
+        if CAMERA_OUTPUTS & plane.output != 0 {
+            encoder.image(ImageStorage::default(), plane.output, size, data)?;
         }
     }
     Ok(())
