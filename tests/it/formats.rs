@@ -247,6 +247,36 @@ fn an_export_that_fails_names_the_file_and_leaves_nothing() {
 }
 
 #[test]
+fn a_collection_is_written_in_another_format_as_an_export_writes_it() {
+    let folder = Scratch::new();
+    let set = folder.path().join("set");
+    let collect = |more: &[&str]| {
+        let mut command = omnibus();
+        command.args(["collect", "--map", "Flatford", "--device", "cpu", "--frames", "2"]);
+        command.args(["--vehicles", "5", "--walkers", "2", "--width", "64", "--height", "48"]);
+        command.arg("--out").arg(&set).args(more).output().unwrap()
+    };
+    let refused = collect(&["--format", "coco", "--shard", "0/2"]);
+    assert!(String::from_utf8_lossy(&refused.stderr).contains("--shard"), "{refused:?}");
+    assert!(!set.exists());
+    let first = collect(&["--format", "coco", "--scenes", "2"]);
+    assert!(first.status.success(), "{}", String::from_utf8_lossy(&first.stderr));
+    // All scenes are there: another format is added, and one that is there stays.
+    for (format, lines) in [("yolo", 1), ("coco", 0)] {
+        let more = collect(&["--format", format, "--scenes", "2", "--resume", "--json"]);
+        assert!(more.status.success(), "{}", String::from_utf8_lossy(&more.stderr));
+        let said = String::from_utf8(more.stdout).unwrap();
+        assert_eq!(said.matches("\"event\":\"export\"").count(), lines, "{said}");
+    }
+    for format in ["coco", "yolo"] {
+        let out = folder.path().join(format);
+        assert!(export(&set, format, &out, &[]).status.success());
+        assert!(files(&out) == files(&set.join(format)), "{format}");
+        assert!(files(&out).len() > 4, "{:?}", files(&out).keys());
+    }
+}
+
+#[test]
 fn an_export_refuses_what_it_cannot_do() {
     let folder = Scratch::new();
     let refusal = |from: &Path, out: &Path, more: &[&str]| {

@@ -25,15 +25,22 @@ mod table;
 mod webdataset;
 mod yolo;
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use anyhow::ensure;
+use clap::ValueEnum;
 
 use images::Images;
 use output::Output;
 use parallel::Threads;
 use set::Set;
 use split::Split;
+
+/// Fraction of the scenes for validation, if none is given.
+const VALIDATION: f64 = 0.2;
+
+/// Samples in a shard of WebDataset, if no number is given.
+const SHARD_SAMPLES: usize = 1000;
 
 /// Arguments of `omnibus export`.
 #[derive(Clone, Debug, clap::Args)]
@@ -52,10 +59,10 @@ pub(crate) struct ExportArgs {
     #[arg(long, value_name = "QUALITY", value_parser = clap::value_parser!(u8).range(1..=100))]
     jpeg: Option<u8>,
     /// coco, kitti, yolo: the fraction of the scenes for validation; of a single scene, of its frames
-    #[arg(long, value_name = "FRACTION", default_value_t = 0.2)]
+    #[arg(long, value_name = "FRACTION", default_value_t = VALIDATION)]
     validation: f64,
     /// webdataset: samples in a shard
-    #[arg(long, value_name = "SAMPLES", default_value_t = 1000)]
+    #[arg(long, value_name = "SAMPLES", default_value_t = SHARD_SAMPLES)]
     shard_samples: usize,
     /// Threads that convert; 0: one per core
     #[arg(long, value_name = "THREADS", default_value_t = 0)]
@@ -64,7 +71,7 @@ pub(crate) struct ExportArgs {
 
 /// A format that `omnibus export` writes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Format {
+pub(crate) enum Format {
     /// Images with instance masks
     Coco,
     /// Object detection with one camera and one lidar
@@ -79,8 +86,29 @@ enum Format {
     Webdataset,
 }
 
-/// Writes the data set that the arguments describe.
-pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<()> {
+impl ExportArgs {
+    /// Returns the arguments that write `dir` in a format into a folder of the format's name within it.
+    pub(crate) fn within(dir: &Path, format: Format) -> ExportArgs {
+        let name = format.to_possible_value().expect("every format has a name");
+        ExportArgs {
+            dirs: vec![dir.to_owned()],
+            format,
+            out: dir.join(name.get_name()),
+            jpeg: None,
+            validation: VALIDATION,
+            shard_samples: SHARD_SAMPLES,
+            threads: 0,
+        }
+    }
+
+    /// Returns the folder to write.
+    pub(crate) fn out(&self) -> &Path {
+        &self.out
+    }
+}
+
+/// Writes the data set that the arguments describe, and returns what was written, as a sentence.
+pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     let fraction = args.validation;
     ensure!(
         (0.0..1.0).contains(&fraction),
@@ -104,6 +132,5 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<()> {
     output.finish()?;
     let (frames, scenes) = (set.frames(), set.scenes().len());
     let out = args.out.display();
-    print_line!("{frames} frames of {scenes} scene{} in {out}", if scenes == 1 { "" } else { "s" });
-    Ok(())
+    Ok(format!("{frames} frames of {scenes} scene{} in {out}", if scenes == 1 { "" } else { "s" }))
 }

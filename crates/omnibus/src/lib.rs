@@ -53,7 +53,7 @@ enum Verb {
     /// Runs a simulator until Ctrl-C
     Run(run::RunArgs),
     /// Drives a car through traffic and writes the measurements of its sensors to a data set
-    Collect(run::CollectArgs),
+    Collect(Box<run::CollectArgs>),
     /// Writes data sets of `collect` in another format
     Export(export::ExportArgs),
     /// Records traffic in a simulator of its own, frame by frame
@@ -115,7 +115,7 @@ pub fn main() -> std::process::ExitCode {
     let ended = match &cli.verb {
         Verb::Run(args) => run::run(args),
         Verb::Collect(args) => run::collect(args),
-        Verb::Export(args) => export::export(args),
+        Verb::Export(args) => export::export(args).map(|written| print_line!("{written}")),
         Verb::Record(args) => record::record(args),
         Verb::Replay(args) => replay::replay(args),
         Verb::Inspect(args) => inspect::inspect(args),

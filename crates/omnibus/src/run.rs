@@ -15,6 +15,7 @@ use sim_host::HostError;
 
 use crate::{
     collect as dataset,
+    export::{ExportArgs, Format, export},
     gateway::{self, CarlaServerArgs, GatewaySupervisor},
     launch::WorldArgs,
     population::PopulationArgs,
@@ -122,6 +123,9 @@ pub(crate) struct CollectArgs {
     world: WorldArgs,
     #[command(flatten)]
     options: dataset::Options,
+    /// Write the complete collection also as `omnibus export` does, into a folder of this name within --out
+    #[arg(long, value_enum, value_name = "FORMAT", conflicts_with_all = ["shard", "prepare", "init"])]
+    format: Option<Format>,
     /// Check a data set instead: checksums, counts, stamps, boxes against images, lidar against depth
     #[arg(long, value_name = "DIR", exclusive = true)]
     verify: Option<PathBuf>,
@@ -129,7 +133,7 @@ pub(crate) struct CollectArgs {
 
 /// Collects a data set in a simulator of its own, or the scenes of a plan each in one of its own.
 pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
-    let CollectArgs { world, options, verify } = args;
+    let CollectArgs { world, options, format, verify } = args;
     if let Some(dir) = verify {
         print_line!("{}", dataset::verify(dir)?);
         return Ok(());
@@ -153,7 +157,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
         if !options.json {
             print_line!("{collected}");
         }
-        return Ok(());
+        return write_format(options, *format);
     }
     let map = plan.scene(options.scene.unwrap_or(0))?.map;
     let world = WorldArgs { map, seed: Some(plan.seed), ..world.clone() };
@@ -177,7 +181,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
             } else {
                 print_line!("{summary}");
             }
-            Ok(())
+            write_format(options, *format)
         }
         // The reason why the host ended causes the client's error.
         Err(error) => match ended {
@@ -185,6 +189,22 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
             Ok(_) => Err(error.into()),
         },
     }
+}
+
+/// Writes a complete collection in another format, unless it is there.
+fn write_format(options: &dataset::Options, format: Option<Format>) -> anyhow::Result<()> {
+    let Some(format) = format else { return Ok(()) };
+    let args = ExportArgs::within(options.out()?, format);
+    if args.out().exists() && options.resume {
+        return Ok(());
+    }
+    let written = export(&args)?;
+    if options.json {
+        dataset::print_json(&serde_json::json!({ "event": "export", "out": args.out() }));
+    } else {
+        print_line!("{written}");
+    }
+    Ok(())
 }
 
 /// Converts seconds to nanoseconds, within the range that the host accepts.
