@@ -335,3 +335,43 @@ fn a_simulator_starts_with_road_users_and_weather() {
     let error = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(!output.status.success() && error.contains("hail"), "{error}");
 }
+
+#[test]
+fn verify_and_inspect_take_a_folder_of_scenes_and_name_each_scene_with_a_fault() {
+    let scratch = Scratch::new();
+    let plan = plan_in(scratch.path());
+    let out = scratch.path().join("set");
+    finish(collect(&plan, &out, &["--frames", "2"]));
+    let run = |verb: &[&str]| {
+        let output = omnibus().args(verb).arg(&out).output().unwrap();
+        let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        (output.status.success(), text)
+    };
+    let verify = || run(&["collect", "--verify"]);
+    let (is_sound, text) = verify();
+    assert!(is_sound && text.starts_with("3 scenes, 6 frames, "), "{text}");
+    assert_eq!(text.matches("top against the depth of front").count(), 1, "{text}");
+    let (is_sound, text) = run(&["inspect"]);
+    assert!(is_sound && text.contains("3 of 3 scenes are complete: 6 frames, "), "{text}");
+
+    let list = fs::read_to_string(out.join("scene-0001/frames.jsonl")).unwrap();
+    let first: Value = serde_json::from_str(list.lines().next().unwrap()).unwrap();
+    let color = format!("front/color/{:06}.png", first["frame"].as_u64().unwrap());
+    fs::remove_file(out.join("scene-0001").join(&color)).unwrap();
+    for verb in [&["collect", "--verify"][..], &["inspect"]] {
+        let (is_sound, text) = run(verb);
+        assert!(!is_sound && text.contains("1 of 3 scenes have faults"), "{text}");
+        let named = text.lines().filter(|line| line.starts_with("scene-")).collect::<Vec<_>>();
+        assert!(matches!(named[..], [line] if line.contains(&color)), "{text}");
+    }
+    fs::remove_dir_all(out.join("scene-0001")).unwrap();
+    let (is_sound, text) = verify();
+    let missing = "scene-0001: missing: plan.toml has 3 scenes; omnibus collect ";
+    assert!(!is_sound && text.contains(missing) && text.contains("--resume"), "{text}");
+    let (is_sound, text) = run(&["inspect"]);
+    assert!(is_sound && text.contains("2 of 3 scenes are complete"), "{text}");
+    // What it says to try is what helps.
+    finish(collect(&out.join("plan.toml"), &out, &["--resume"]));
+    let (is_sound, text) = verify();
+    assert!(is_sound, "{text}");
+}

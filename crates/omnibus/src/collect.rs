@@ -14,6 +14,7 @@
 
 mod actors;
 mod boxes;
+mod collection;
 mod contact_sheet;
 pub(crate) mod decode;
 mod ego_sensors;
@@ -49,6 +50,7 @@ mod tracks;
 mod verify;
 
 pub(crate) use actors::{EGO, places};
+pub(crate) use collection::Collection;
 pub(crate) use encode::{Encoder, STATIC_BIT, jpeg};
 pub(crate) use error::CollectError;
 pub(crate) use image_storage::ImageStorage;

@@ -21,8 +21,8 @@ use crate::{collect, launch::WorldArgs, saved::existing_recording};
 /// Arguments of `omnibus inspect`.
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct InspectArgs {
-    /// The folder of a data set, a recording, an OpenDRIVE file, or the name of a map; default: the
-    /// running simulators
+    /// The folder of a data set or of the scenes of a plan, a recording, an OpenDRIVE file, or the name
+    /// of a map; default: the running simulators
     what: Option<PathBuf>,
     /// Recording: print CARLA's table of its contents
     #[arg(long, group = "table")]

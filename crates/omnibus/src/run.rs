@@ -126,7 +126,8 @@ pub(crate) struct CollectArgs {
     /// Write the complete collection also as `omnibus export` does, into a folder of this name within --out
     #[arg(long, value_enum, value_name = "FORMAT", conflicts_with_all = ["shard", "prepare", "init"])]
     format: Option<Format>,
-    /// Check a data set instead: checksums, counts, stamps, boxes against images, lidar against depth
+    /// Check a data set or the scenes of a plan instead: checksums, counts, stamps, boxes against
+    /// images, lidar against depth
     #[arg(long, value_name = "DIR", exclusive = true)]
     verify: Option<PathBuf>,
 }

@@ -74,6 +74,16 @@ pub(crate) enum CollectError {
     /// `--verify` found faults; a line for each kind.
     #[error("{dir} has faults\n{faults}", dir = .dir.display())]
     Unsound { dir: PathBuf, faults: String },
+    /// Scenes of a collection are missing or have faults; the lines name each.
+    #[error("{dir}: {count} of {scenes} scenes have faults\n{faults}", dir = .dir.display())]
+    UnsoundScenes { dir: PathBuf, count: usize, scenes: usize, faults: String },
+    /// The folder holds no data set.
+    #[error(
+        "{dir} holds neither metadata.json nor a scene-*/metadata.json; is it a data set of omnibus \
+         collect?",
+        dir = .dir.display()
+    )]
+    NoDataSet { dir: PathBuf },
     /// Files of the data set are missing or faulty.
     #[error("{dir}: {count} faults, the first: {first}", dir = .dir.display())]
     Faulty { dir: PathBuf, count: usize, first: String },

@@ -1,9 +1,14 @@
 //! Checks a data set against its own lists: every file of every listed frame.
 
-use std::{collections::BTreeMap, fmt, fs, path::Path};
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Write as _},
+    fs,
+    path::Path,
+};
 
 use crate::collect::{
-    CollectError, decode,
+    CollectError, Collection, decode,
     folder::Folder,
     format::{Boxes, FrameLine, Metadata},
     frame_list,
@@ -12,7 +17,7 @@ use crate::collect::{
 };
 
 /// The contents of a data set.
-pub(crate) struct Report {
+struct Report {
     metadata: Metadata,
     count: usize,
     frames: [u64; 2],
@@ -21,12 +26,67 @@ pub(crate) struct Report {
     points: u64,
 }
 
-/// Reads every file of the data set in `dir`.
+/// Reads every file in `dir`, which holds a data set or the scenes of a plan, and describes it.
 ///
 /// # Errors
 ///
-/// Returns the first fault and the number of faults.
-pub(crate) fn inspect(dir: &Path) -> Result<Report, CollectError> {
+/// Returns the first fault and the number of faults, of a plan for each scene. Scenes that are missing are
+/// none.
+pub(crate) fn inspect(dir: &Path) -> Result<String, CollectError> {
+    let Some(collection) = Collection::open(dir)? else {
+        return Ok(inspect_scene(dir)?.to_string());
+    };
+    let (mut text, mut faults) = (String::new(), Vec::new());
+    let (mut frames, mut bytes, mut boxes, mut points, mut complete) = (0, 0, 0, 0, 0);
+    for name in &collection.names {
+        let report = match inspect_scene(&dir.join(name)) {
+            Ok(report) => report,
+            Err(CollectError::Faulty { count, first, .. }) => {
+                faults.push(format!("{name}: {count} faults, the first: {first}"));
+                continue;
+            }
+            Err(why) => {
+                faults.push(format!("{name}: {why}"));
+                continue;
+            }
+        };
+        let of_scene: u64 = report.bytes.values().sum();
+        let settings = &report.metadata.settings;
+        let end = if report.metadata.complete { "" } else { "; unfinished" };
+        let _ = writeln!(
+            text,
+            "{name}: {} of {} frames, {:.1} MB, map {}, seed {}{end}",
+            report.count,
+            report.metadata.frames_requested,
+            of_scene as f64 / 1e6,
+            settings.map,
+            settings.scene_seed,
+        );
+        frames += report.count;
+        bytes += of_scene;
+        boxes += report.boxes;
+        points += report.points;
+        complete += u64::from(report.metadata.complete);
+    }
+    if !faults.is_empty() {
+        let (count, scenes, faults) = (faults.len(), collection.names.len(), faults.join("\n"));
+        return Err(CollectError::UnsoundScenes { dir: dir.to_owned(), count, scenes, faults });
+    }
+    let scenes = collection.all_names().len();
+    let _ = write!(
+        text,
+        "{complete} of {scenes} scenes are complete: {frames} frames, {:.1} MB, {boxes} boxes, {points} \
+         lidar points, no fault",
+        bytes as f64 / 1e6
+    );
+    if complete < scenes as u64 && collection.plan.is_some() {
+        let _ = write!(text, "\n{} continues there", collection.continuation());
+    }
+    Ok(text)
+}
+
+/// Reads every file of the data set in `dir`.
+fn inspect_scene(dir: &Path) -> Result<Report, CollectError> {
     let folder = Folder::new(dir);
     let Some(metadata) = folder.read_metadata()? else {
         let why = "no such file; is this a data set of omnibus collect?";

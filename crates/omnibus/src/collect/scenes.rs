@@ -19,15 +19,13 @@ use serde_json::{Value, json};
 
 use crate::collect::{
     CollectError, Options,
+    collection::{PLAN, scene_name},
     folder::Folder,
     metadata::differ,
     options::Shard,
     plan::Plan,
     progress::{Progress, bar, print_json},
 };
-
-/// The plan of a collection of scenes, with the values of the options.
-const PLAN: &str = "plan.toml";
 
 /// Most continuations of a scene after its process was killed.
 const RETRIES: u32 = 2;
@@ -124,11 +122,6 @@ pub(crate) fn prepare(options: &Options, plan: &Plan) -> anyhow::Result<Value> {
         "frames": plan.frames,
         "folders": folders,
     }))
-}
-
-/// The folder of a scene.
-fn scene_name(scene: u64) -> String {
-    format!("scene-{scene:04}")
 }
 
 fn is_complete(folder: &Path) -> anyhow::Result<bool> {

@@ -13,7 +13,7 @@ use std::{
 use glam::{Affine3A, Quat, Vec3, Vec3A};
 
 use crate::collect::{
-    CollectError,
+    CollectError, Collection,
     boxes::Seen,
     decode,
     encode::{DEPTH_FAR, DEPTH_STEPS_PER_M, STATIC_BIT},
@@ -106,17 +106,42 @@ struct Agreement {
     medians_m: Vec<f32>,
 }
 
-/// A data set without faults.
-#[derive(Debug)]
+/// By lidar and camera.
+type Agreements = BTreeMap<(String, String), Agreement>;
+
+/// Data without faults.
+#[derive(Debug, Default)]
 pub(crate) struct Verified {
+    /// The number of scenes; 0: a single data set.
+    scenes: usize,
     frames: usize,
     files: usize,
-    /// By lidar and camera.
-    agreements: BTreeMap<(String, String), Agreement>,
+    agreements: Agreements,
+}
+
+impl Verified {
+    fn add(&mut self, scene: Verified) {
+        self.scenes += 1;
+        self.frames += scene.frames;
+        self.files += scene.files;
+        add_agreements(&mut self.agreements, scene.agreements);
+    }
+}
+
+fn add_agreements(sum: &mut Agreements, more: Agreements) {
+    for (pair, found) in more {
+        let sum = sum.entry(pair).or_default();
+        sum.points += found.points;
+        sum.nearer += found.nearer;
+        sum.medians_m.extend(found.medians_m);
+    }
 }
 
 impl fmt::Display for Verified {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.scenes > 0 {
+            write!(f, "{} scenes, ", self.scenes)?;
+        }
         write!(f, "{} frames, {} files, no fault", self.frames, self.files)?;
         for ((lidar, camera), agreement) in &self.agreements {
             let Agreement { points, nearer, .. } = agreement;
@@ -136,12 +161,42 @@ impl fmt::Display for Verified {
     }
 }
 
-/// Checks everything in the data set in `dir`.
+/// Checks everything in `dir`: a data set, or the scenes of a plan.
 ///
 /// # Errors
 ///
-/// Returns the number of faults and the first one, for each kind of fault.
+/// Returns the number of faults and the first one, for each kind of fault, and of a plan for each scene;
+/// a scene that is missing is a fault.
 pub(crate) fn verify(dir: &Path) -> Result<Verified, CollectError> {
+    let Some(collection) = Collection::open(dir)? else { return verify_scene(dir) };
+    let mut sum = Verified::default();
+    let mut faults = Vec::new();
+    let names = collection.all_names();
+    for name in &names {
+        let mut of_scene = Vec::new();
+        if collection.names.contains(name) {
+            match verify_scene(&dir.join(name)) {
+                Ok(verified) => sum.add(verified),
+                Err(CollectError::Unsound { faults, .. }) => of_scene.push(faults),
+                Err(why) => of_scene.push(why.to_string()),
+            }
+        }
+        // What cannot be read is said above.
+        of_scene.extend(collection.disagreement(name).unwrap_or_default());
+        if !of_scene.is_empty() {
+            let lines = of_scene.join("\n");
+            faults.push(format!("{name}: {}", lines.replace('\n', &format!("\n{name}: "))));
+        }
+    }
+    if faults.is_empty() {
+        return Ok(sum);
+    }
+    let (count, scenes, faults) = (faults.len(), names.len(), faults.join("\n"));
+    Err(CollectError::UnsoundScenes { dir: dir.to_owned(), count, scenes, faults })
+}
+
+/// Checks everything in the data set in `dir`.
+fn verify_scene(dir: &Path) -> Result<Verified, CollectError> {
     let folder = Folder::new(dir);
     let Some(metadata) = folder.read_metadata()? else {
         let why = "no such file; is this a data set of omnibus collect?";
@@ -186,7 +241,8 @@ pub(crate) fn verify(dir: &Path) -> Result<Verified, CollectError> {
     }
     let agreements = check_frames(&folder, &metadata, &lines, &mut faults);
     if faults.0.is_empty() {
-        return Ok(Verified { frames: lines.len(), files: expected.len(), agreements });
+        let (frames, files) = (lines.len(), expected.len());
+        return Ok(Verified { scenes: 0, frames, files, agreements });
     }
     Err(CollectError::Unsound { dir: dir.to_owned(), faults: faults.to_string() })
 }
@@ -252,8 +308,6 @@ fn files_below(root: &Path) -> Result<Vec<PathBuf>, CollectError> {
     Ok(files)
 }
 
-type Agreements = BTreeMap<(String, String), Agreement>;
-
 /// Checks all frames, on all processor cores.
 fn check_frames(
     folder: &Folder,
@@ -278,12 +332,7 @@ fn check_frames(
             for (fault, found) in faults.0 {
                 all.0.merge(fault, found);
             }
-            for (pair, found) in agreements {
-                let sum = all.1.entry(pair).or_default();
-                sum.points += found.points;
-                sum.nearer += found.nearer;
-                sum.medians_m.extend(found.medians_m);
-            }
+            add_agreements(&mut all.1, agreements);
         }
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);

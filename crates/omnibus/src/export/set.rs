@@ -8,10 +8,10 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use anyhow::{Context, bail, ensure};
+use anyhow::{bail, ensure};
 
 use crate::collect::{
-    CollectError,
+    CollectError, Collection,
     decode::{self, Image},
     folder::Folder,
     format::{ActorBox, Boxes, Camera, FrameLine, Lidar, Metadata, Sensor},
@@ -91,24 +91,10 @@ impl Set {
 
 /// Returns the data sets in a folder.
 fn scene_folders(dir: &Path) -> anyhow::Result<Vec<PathBuf>> {
-    if Folder::new(dir).metadata().exists() {
-        return Ok(vec![dir.to_owned()]);
-    }
-    let entries = fs::read_dir(dir).with_context(|| dir.display().to_string())?;
-    let mut found: Vec<PathBuf> = entries
-        .flatten()
-        .filter(|entry| entry.file_name().to_string_lossy().starts_with("scene-"))
-        .map(|entry| entry.path())
-        .filter(|path| Folder::new(path).metadata().exists())
-        .collect();
-    found.sort();
-    ensure!(
-        !found.is_empty(),
-        "{} holds neither metadata.json nor a scene-*/metadata.json; is it a data set of omnibus \
-         collect?",
-        dir.display()
-    );
-    Ok(found)
+    let Some(collection) = Collection::open(dir)? else { return Ok(vec![dir.to_owned()]) };
+    let folders: Vec<_> = collection.folders().collect();
+    ensure!(!folders.is_empty(), "{}: no scene has begun yet", dir.display());
+    Ok(folders)
 }
 
 impl Scene {
