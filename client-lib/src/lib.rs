@@ -50,6 +50,7 @@ mod options;
 mod outcome;
 mod pending_tick;
 mod queries;
+mod radar;
 mod rays;
 mod readings;
 mod recorder;
@@ -112,6 +113,7 @@ pub use protocol::{
     VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
 };
 pub use queries::Queries;
+pub use radar::{Radar, RadarDetection};
 pub use rays::{RayGrid, RayHit};
 pub use readings::{
     Collision, Corner, DetectedObject, Gnss, Imu, LaneInvasion, LaneSide, Obstacle, Odometry,

@@ -3,13 +3,11 @@
 
 use std::{
     collections::BTreeMap,
-    f32::consts::TAU,
     sync::{Arc, Mutex, PoisonError},
 };
 
-use client_lib::{ActorId, Client, EventCamera, Measurement};
+use client_lib::{ActorId, Client, EventCamera, Measurement, Radar};
 use glam::Vec3;
-use mesh::RandomStream;
 
 use crate::{
     args::RpcError,
@@ -49,8 +47,7 @@ struct Lines {
 
 /// What the detections of a radar depend on besides the measurement.
 struct RadarScan {
-    fov_rad: [f32; 2],
-    points: usize,
+    radar: Radar,
     velocities: BTreeMap<ActorId, Vec3>,
 }
 
@@ -69,8 +66,7 @@ impl Rendered {
         let radar = if sensor.kind == Kind::Radar {
             let states = client.world().states();
             let velocities = states.iter().map(|a| (a.actor_id, a.velocity())).collect();
-            let (fov_rad, points) = (sensor.radar_fov_rad()?, sensor.radar_points()?);
-            Some(RadarScan { fov_rad, points, velocities })
+            Some(RadarScan { radar: sensor.radar()?, velocities })
         } else {
             None
         };
@@ -190,8 +186,7 @@ impl Rendered {
             }
             Kind::Radar => {
                 let scan = self.radar.as_ref()?;
-                let seed = self.description.number("noise_seed", 0.0).ok()? as u64;
-                radar(begin(16 * scan.points), scan, seed, measured)?
+                append_radar(begin(16 * scan.radar.points), scan, measured)?
             }
             _ => return None,
         };
@@ -249,82 +244,29 @@ fn append_lidar(
     Some(bytes)
 }
 
-/// Appends the detections of a radar: radial velocity, azimuth, altitude and depth.
-///
-/// CARLA draws random points in an elliptic cone, denser in its middle. Of the rays of the grid,
-/// those nearest to such points are used.
-fn radar(mut bytes: Bytes, scan: &RadarScan, seed: u64, measured: &Measurement) -> Option<Bytes> {
+/// Appends the detections of a radar: radial velocity, azimuth to the right, altitude and depth.
+fn append_radar(mut bytes: Bytes, scan: &RadarScan, measured: &Measurement) -> Option<Bytes> {
     let plane = measured.planes().first()?;
-    let (points, labels) = (measured.points(0)?, measured.labels(0)?);
-    let velocity_of = |id: u32| scan.velocities.get(&ActorId(id)).copied().unwrap_or(Vec3::ZERO);
-    let own = velocity_of(measured.header().parent.0);
-    let fov_rad = scan.fov_rad;
-    let grid = [plane.width, plane.height];
-    let time_nanos = measured.header().stamp.sim_time_nanos;
-    // Each frame has other numbers, and each run the same ones.
-    let state = seed.wrapping_mul(0xd134_2543_de82_ef95) ^ time_nanos;
-    let mut random = RandomStream::from_state(state);
-    for _ in 0..scan.points {
-        let [radius, turn] = [random.unit(), random.unit()];
-        let ray = ray_nearest_to(radius, turn * TAU, fov_rad, grid);
-        let ([x, y, z, _], [id, _]) = (*points.get(ray)?, *labels.get(ray)?);
-        let to = Vec3::new(x, y, z);
-        let depth = to.length();
-        if depth == 0.0 {
-            continue;
-        }
-        let direction = plane.world_from_sensor.rotation() * (to / depth);
-        let away = (velocity_of(id) - own).dot(direction);
-        let azimuth = (-y).atan2(x);
-        bytes.f32(away).f32(azimuth).f32((z / depth).clamp(-1.0, 1.0).asin()).f32(depth);
+    let header = measured.header();
+    let velocity_of = |id: ActorId| scan.velocities.get(&id).copied().unwrap_or(Vec3::ZERO);
+    let detections = scan.radar.detections(
+        header.stamp.sim_time_nanos,
+        plane,
+        measured.points(0)?,
+        measured.labels(0)?,
+        velocity_of,
+        header.parent,
+    );
+    for found in detections {
+        bytes.f32(found.velocity_mps).f32(-found.azimuth_rad);
+        bytes.f32(found.altitude_rad).f32(found.depth_m);
     }
     Some(bytes)
-}
-
-/// Returns the ray of a grid of columns and rows nearest to a point of the cone's section, where a
-/// `radius` of 1 is the edge.
-fn ray_nearest_to(
-    radius: f32,
-    turn_rad: f32,
-    fov_rad: [f32; 2],
-    [columns, rows]: [u32; 2],
-) -> usize {
-    let [half_h, half_v] = fov_rad.map(|fov| fov / 2.0);
-    let left = half_h.tan() * radius * turn_rad.cos();
-    let up = half_v.tan() * radius * turn_rad.sin();
-    let azimuth = left.atan();
-    let elevation = up.atan2((1.0 + left * left).sqrt());
-    let column = ((azimuth / half_h + 1.0) / 2.0 * columns as f32) as u32;
-    let row = ((1.0 - elevation / half_v) / 2.0 * (rows - 1) as f32).round() as u32;
-    (column.min(columns - 1) * rows + row.min(rows - 1)) as usize
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    /// Converts a ray back to its direction by the formula of the lidar.
-    #[test]
-    fn the_ray_of_a_radar_lies_within_a_step_of_its_point() {
-        let (fov_rad, grid) = ([0.6f32, 0.4], [137u32, 92]);
-        let mut random = RandomStream::from_state(0xd134_2543_de82_ef95 ^ 2);
-        let mut inner = 0;
-        for _ in 0..4000 {
-            let (radius, turn) = (random.unit(), random.unit() * TAU);
-            let ray = ray_nearest_to(radius, turn, fov_rad, grid) as u32;
-            let (column, row) = (ray / grid[1], ray % grid[1]);
-            let azimuth = (column as f32 + 0.5) * fov_rad[0] / grid[0] as f32 - fov_rad[0] / 2.0;
-            let elevation = fov_rad[1] / 2.0 - fov_rad[1] * row as f32 / (grid[1] - 1) as f32;
-            let left = 0.3f32.tan() * radius * turn.cos();
-            let up = 0.2f32.tan() * radius * turn.sin();
-            assert!((azimuth.tan() - left).abs() < 0.004, "{azimuth} {left}");
-            let height = elevation.tan() * (1.0 + left * left).sqrt();
-            assert!((height - up).abs() < 0.004, "{elevation} {up}");
-            inner += u32::from(radius < 0.5);
-        }
-        // Half of the points lie within a quarter of the section.
-        assert!((1850..2150).contains(&inner), "{inner}");
-    }
 
     #[test]
     fn red_and_blue_are_swapped() {

@@ -7,7 +7,7 @@ use std::{
 };
 
 use client_lib::{
-    EventCamera, EventCameraSpec, Pose, SensorBundle,
+    EventCamera, EventCameraSpec, Pose, Radar, SensorBundle,
     wire::{SensorSpec, camera, lidar, point_attribute},
 };
 
@@ -15,10 +15,6 @@ use crate::{
     args::RpcError, physics_sensors, sensor_kind::Kind, stream::Streams, textures,
     wire::Description,
 };
-
-/// Angle between the rays of the grid from which the points of a radar are taken: a quarter of a
-/// degree. Radians.
-const RADAR_STEP_RAD: f32 = 0.25 * TAU / 360.0;
 
 /// A sensor of one of CARLA's clients.
 pub(crate) struct Sensor {
@@ -85,19 +81,18 @@ impl Sensor {
         wanted.fold(0, |sum, (texture, _)| sum | textures::outputs(*texture))
     }
 
-    /// Returns the horizontal and vertical fields of view of a radar. Radians.
-    pub(crate) fn radar_fov_rad(&self) -> Result<[f32; 2], RpcError> {
-        let number = |id: &str, most: f32| {
-            self.description.number(id, 30.0).map(|fov| fov.clamp(1.0, most).to_radians())
-        };
-        Ok([number("horizontal_fov", 170.0)?, number("vertical_fov", 170.0)?])
-    }
-
-    /// Returns the number of points that a radar measures at once.
-    pub(crate) fn radar_points(&self) -> Result<usize, RpcError> {
+    /// Returns the parameters of a radar.
+    pub(crate) fn radar(&self) -> Result<Radar, RpcError> {
+        let d = &self.description;
+        let fov = |id: &str| d.number(id, 30.0).map(|fov| fov.clamp(1.0, 170.0).to_radians());
         let secs = self.bundle_delta_nanos.max(self.period_nanos) as f32 * 1e-9;
-        let points = self.description.number("points_per_second", 1500.0)? * secs;
-        Ok(points.clamp(0.0, 1e6) as usize)
+        let points = d.number("points_per_second", 1500.0)? * secs;
+        Ok(Radar {
+            fov_rad: [fov("horizontal_fov")?, fov("vertical_fov")?],
+            range_m: d.number("range", 100.0)?,
+            points: points.clamp(0.0, 1e6) as usize,
+            seed: d.number("noise_seed", 0.0)? as u64,
+        })
     }
 
     /// Returns whether the renderer measures this sensor.
@@ -166,21 +161,7 @@ impl Sensor {
                 spec.outputs = self.kind.outputs();
                 spec
             }
-            Kind::Radar => {
-                let [h, v] = self.radar_fov_rad()?;
-                let lines = |fov: f32| ((fov / RADAR_STEP_RAD) as u32).clamp(16, 1024);
-                let mut spec = lidar(
-                    "radar",
-                    parent_from_sensor,
-                    lines(v),
-                    lines(h),
-                    [-v / 2.0, v / 2.0],
-                    number("range", 100.0)?,
-                );
-                spec.fov_rad = h;
-                spec.outputs = self.kind.outputs();
-                spec
-            }
+            Kind::Radar => self.radar()?.grid("radar", parent_from_sensor),
             kind => match physics_sensors::spec(kind, d, parent_from_sensor, gravity_mps2)? {
                 Some(spec) => spec,
                 None => return Ok(None),
