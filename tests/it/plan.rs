@@ -375,3 +375,151 @@ fn verify_and_inspect_take_a_folder_of_scenes_and_name_each_scene_with_a_fault()
     let (is_sound, text) = verify();
     assert!(is_sound, "{text}");
 }
+
+const RATES: &str = "
+frames = 14
+warmup = 10
+sun_altitudes_deg = [40.0, 10.0]
+
+[traffic]
+vehicles = 6
+vehicles_near = 6
+walkers = 4
+radius_m = 60.0
+
+[[sensor]]
+name = \"front\"
+kind = \"camera\"
+position_m = [1.5, 0.0, 1.6]
+width_px = 96
+height_px = 48
+rate_hz = 8.0
+outputs = [\"color\", \"depth\", \"tag\", \"instance\"]
+
+[[sensor]]
+name = \"rear\"
+kind = \"camera\"
+yaw_deg = 180.0
+position_m = [-1.5, 0.0, 1.6]
+width_px = 64
+height_px = 48
+rate_hz = 4.0
+outputs = [\"color\", \"instance\"]
+
+[[sensor]]
+name = \"top\"
+kind = \"lidar\"
+position_m = [0.0, 0.0, 2.2]
+channels = 8
+columns = 180
+rate_hz = 10.0
+";
+
+/// The lines of the list of frames.
+fn lines(set: &Path) -> Vec<Value> {
+    let text = fs::read_to_string(set.join("frames.jsonl")).unwrap();
+    text.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
+}
+
+#[test]
+fn sensors_measure_at_their_rates_and_every_reader_takes_frames_without_some_of_them() {
+    let scratch = Scratch::new();
+    let plan = scratch.path().join("plan.toml");
+    fs::write(&plan, format!("maps = [\"{}\"]\n{RATES}", small_map())).unwrap();
+    let out = |name: &str| scratch.path().join(name);
+    finish(collect(&plan, &out("set"), &["--scene", "0"]));
+    let lines = lines(&out("set"));
+    let frame = |line: &Value| line["frame"].as_u64().unwrap();
+    let measured = |sensor: &str| -> Vec<u64> {
+        let has = |line: &&Value| {
+            line["sensors"].as_array().unwrap().iter().any(|pose| pose["name"] == sensor)
+        };
+        lines.iter().filter(has).map(frame).collect()
+    };
+    assert_eq!(lines.len(), 14);
+    let mut together = Vec::new();
+    for (sensor, rate_hz, output, extension) in [
+        ("front", 8.0, "color", "png"),
+        ("rear", 4.0, "instance", "png"),
+        ("top", 10.0, "points", "bin"),
+    ] {
+        let frames = measured(sensor);
+        // The first measurement of the bundle was some whole number of 1 s before a frame in which all
+        // measure; from there on, each is in the first frame at or after its time.
+        let start = *measured("rear").iter().find(|f| measured("top").contains(f)).unwrap();
+        let expected: Vec<u64> = (0..40)
+            .map(|count| start + (f64::from(count) * 20.0 / rate_hz - 1e-6).ceil().max(0.0) as u64)
+            .filter(|at| *at <= frame(lines.last().unwrap()))
+            .collect();
+        let from_start: Vec<u64> = frames.iter().copied().filter(|at| *at >= start).collect();
+        assert_eq!(from_start, expected, "{sensor}");
+        let mut files: Vec<u64> = fs::read_dir(out("set").join(sensor).join(output))
+            .unwrap()
+            .map(|entry| {
+                let name = entry.unwrap().file_name().into_string().unwrap();
+                name.strip_suffix(&format!(".{extension}")).unwrap().parse().unwrap()
+            })
+            .collect();
+        files.sort();
+        assert_eq!(files, frames, "{sensor}");
+        together.push(frames);
+    }
+    // Half of the kept frames have each sun, whatever their distance in time.
+    let altitude = |line: &Value| line["weather"]["sun_altitude_rad"].as_f64().unwrap();
+    assert_eq!(lines.iter().filter(|line| altitude(line) > 0.5).count(), 7);
+    for verb in [&["collect", "--verify"][..], &["inspect"]] {
+        let output = omnibus().args(verb).arg(out("set")).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+
+    // The readers of exports.
+    let export = |format: &str| {
+        let mut command = omnibus();
+        command.arg("export").arg(out("set")).args(["--format", format, "--out"]);
+        let output = command.arg(out(format)).output().unwrap();
+        assert!(output.status.success(), "{format}: {}", String::from_utf8_lossy(&output.stderr));
+        files(&out(format))
+    };
+    let images = together[0].len() + together[1].len();
+    let count = |files: &BTreeMap<PathBuf, Vec<u8>>, part: &str| {
+        files.keys().filter(|path| path.to_string_lossy().contains(part)).count()
+    };
+    assert_eq!(count(&export("coco"), "images/"), images);
+    assert_eq!(count(&export("yolo"), "images/"), images);
+    assert_eq!(count(&export("webdataset"), ".tar"), 1);
+    assert_eq!(count(&export("mcap"), ".mcap"), 1);
+    let [front, rear, top] = &together[..] else { panic!("three sensors") };
+    let pairs = front.iter().filter(|at| top.contains(at)).count();
+    let kitti = export("kitti");
+    assert_eq!((count(&kitti, "image_2/"), count(&kitti, "velodyne/")), (pairs, pairs));
+    let samples = rear.iter().filter(|at| front.contains(at) && top.contains(at)).count();
+    let nuscenes = export("nuscenes");
+    let table = |name: &str| -> Vec<Value> {
+        let path = Path::new("v1.0-trainval").join(format!("{name}.json"));
+        serde_json::from_slice(&nuscenes[&path]).unwrap()
+    };
+    assert!(samples >= 1);
+    assert_eq!(table("sample").len(), samples);
+    assert_eq!(table("sample_data").len(), front.len() + rear.len() + top.len());
+    assert_eq!(count(&nuscenes, "sweeps/"), front.len() + rear.len() + top.len() - 3 * samples);
+    let tokens: Vec<_> = table("sample").iter().map(|row| row["token"].clone()).collect();
+    assert!(table("sample_data").iter().all(|row| tokens.contains(&row["sample_token"])));
+
+    // A run that was killed continues, with the same bytes.
+    let mut killed = collect(&plan, &out("killed"), &["--scene", "0", "--pipeline", "3"]);
+    let list = out("killed/frames.jsonl");
+    await_that(|| fs::read_to_string(&list).is_ok_and(|lines| lines.lines().count() > 4));
+    killed.kill().unwrap();
+    killed.wait().unwrap();
+    finish(collect(&plan, &out("killed"), &["--scene", "0", "--resume"]));
+    assert_same(&out("set"), &out("killed"));
+
+    let faster = fs::read_to_string(&plan).unwrap().replace("rate_hz = 8.0", "rate_hz = 30.0");
+    fs::write(&plan, faster).unwrap();
+    let refused = collect(&plan, &out("none"), &[]).wait_with_output().unwrap();
+    let error = String::from_utf8_lossy(&refused.stderr).into_owned();
+    assert!(
+        error.contains("\"front\": rate_hz is 30") && error.contains("but 20.000 frames"),
+        "{error}"
+    );
+}

@@ -40,6 +40,7 @@ mod progress;
 mod road_users;
 mod run;
 mod scenes;
+mod schedule;
 mod sensors;
 mod silhouette;
 mod sky;

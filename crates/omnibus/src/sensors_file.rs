@@ -32,6 +32,10 @@ pub(crate) struct SensorEntry {
     /// Positive: the left side up.
     #[serde(default)]
     roll_deg: f32,
+    /// Measurements per second of simulated time. A sensor without it measures in every frame; in a plan, in
+    /// one of `every`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    rate_hz: Option<f64>,
     /// Of noise and dropped returns.
     #[serde(default)]
     seed: u64,
@@ -172,7 +176,14 @@ impl SensorEntry {
             "sensor {name:?}: its pose is not finite"
         );
         let pose = Pose::new(position, turn);
-        match self.kind {
+        if let Some(rate_hz) = self.rate_hz {
+            ensure!(
+                (0.001..=1000.0).contains(&rate_hz),
+                "sensor {name:?}: rate_hz is {rate_hz}; use 0.001 to 1000"
+            );
+        }
+        let period_nanos = self.rate_hz.map_or(0, |rate_hz| (1e9 / rate_hz).round() as u64);
+        let spec = match self.kind {
             Kind::Camera => {
                 for (what, pixels) in [("width_px", self.width_px), ("height_px", self.height_px)] {
                     ensure!(
@@ -199,14 +210,14 @@ impl SensorEntry {
                     .try_fold(0, |sum, bit| bit.map(|bit| sum | bit))?;
                 ensure!(outputs != 0, "sensor {name:?}: no outputs");
                 let fov_rad = self.fov_deg.to_radians();
-                Ok(client_lib::wire::camera(
+                client_lib::wire::camera(
                     name,
                     pose,
                     self.width_px,
                     self.height_px,
                     fov_rad,
                     outputs,
-                ))
+                )
             }
             Kind::Lidar => {
                 ensure!(
@@ -239,16 +250,17 @@ impl SensorEntry {
                     [lower, upper],
                     self.range_m,
                 );
-                Ok(SensorSpec {
+                SensorSpec {
                     seed: self.seed,
                     attenuation_per_m: self.attenuation_per_m,
                     noise_m: self.noise_m,
                     dropoff: self.dropoff,
                     rotation_rate_hz: self.rotation_rate_hz,
                     ..spec
-                })
+                }
             }
-        }
+        };
+        Ok(SensorSpec { period_nanos, ..spec })
     }
 }
 

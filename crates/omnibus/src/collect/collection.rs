@@ -123,8 +123,7 @@ mod tests {
         assert!(matches!(Collection::open(dir), Err(CollectError::NoDataSet { .. })));
         fs::write(dir.join(PLAN), "scenes = 4\nframes = 5\n").unwrap();
         let put = |name: &str, scene: u64, frames: u64, complete: bool| {
-            let mut metadata =
-                metadata::of(settings(), SpawnedActors::default(), &[], frames);
+            let mut metadata = metadata::of(settings(), SpawnedActors::default(), &[], frames);
             (metadata.settings.scene, metadata.complete) = (scene, complete);
             fs::create_dir(dir.join(name)).unwrap();
             Folder::new(&dir.join(name)).write_metadata(&metadata).unwrap();

@@ -29,8 +29,7 @@ const LIDAR_SHOWN_M: f32 = 45.0;
 
 /// Writes the contact sheet of a data set and returns its path.
 pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, CollectError> {
-    let (lines, _) = frame_list::read(&folder.frames())?;
-    let rows = lines.len().min(ROWS);
+    let (mut lines, _) = frame_list::read(&folder.frames())?;
     let outputs = |sensor: &Sensor| {
         let is_written = |output: &&str| {
             let folder = format!("{}/{output}", sensor.name);
@@ -42,6 +41,18 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
     // The first of those with the most outputs.
     let camera = cameras.rev().max_by_key(|sensor| outputs(sensor));
     let lidar = metadata.settings.sensors.iter().find(|s| s.lidar.is_some());
+    // Frames in which both measure, if there are any; else those of the camera.
+    let measures = |line: &FrameLine, sensor: Option<&Sensor>| {
+        sensor.is_none_or(|sensor| line.measures(&sensor.name))
+    };
+    let has_both = |line: &FrameLine| measures(line, camera) && measures(line, lidar);
+    let is_shown = |line: &FrameLine| measures(line, camera);
+    if lines.iter().any(has_both) {
+        lines.retain(has_both);
+    } else {
+        lines.retain(is_shown);
+    }
+    let rows = lines.len().min(ROWS);
     let height = camera
         .and_then(|s| s.camera.as_ref())
         .map_or(TILE_WIDTH * 3 / 4, |c| TILE_WIDTH * c.height_px as usize / c.width_px as usize);
@@ -52,7 +63,7 @@ pub(crate) fn make(folder: &Folder, metadata: &Metadata) -> Result<PathBuf, Coll
         if let Some(camera) = camera {
             draw_camera(&mut sheet, row, (folder, metadata), camera, line)?;
         }
-        if let Some(lidar) = lidar {
+        if let Some(lidar) = lidar.filter(|lidar| line.measures(&lidar.name)) {
             draw_lidar(&mut sheet, row, folder, lidar, line)?;
         }
     }

@@ -69,6 +69,11 @@ impl FrameData {
         self.header.stamp.frame.0
     }
 
+    /// Returns whether a sensor measured in this frame.
+    fn measures(&self, sensor: usize) -> bool {
+        self.planes.iter().any(|plane| plane.sensor as usize == sensor)
+    }
+
     fn plane(&self, sensor: usize, output: u32) -> Result<(&Plane, &[u8]), CollectError> {
         let found = self.planes.iter().find(|p| p.sensor as usize == sensor && p.output == output);
         let bytes: &[u8] = (*self.bytes).as_ref();
@@ -268,6 +273,8 @@ impl Shared {
         buffers: &mut WorkerBuffers,
     ) -> Result<(), CollectError> {
         match &self.context.tasks[task] {
+            Task::Image { sensor, .. } | Task::Points { sensor, .. } if !data.measures(*sensor) => {
+            }
             Task::Image { sensor, output, folder } => {
                 self.image(data, *sensor, *output, folder, &mut buffers.encoder)?;
             }
@@ -334,7 +341,8 @@ impl Shared {
         let context = &self.context;
         let boxed = Boxed { actors: &data.actors, objects: &context.objects };
         let mut views = Views { cameras: Vec::new(), lidars: Vec::new() };
-        for (index, spec) in context.sensors.iter().enumerate() {
+        let sensors = context.sensors.iter().enumerate();
+        for (index, spec) in sensors.filter(|(index, _)| data.measures(*index)) {
             if spec.outputs & output::INSTANCE != 0 {
                 let (plane, bytes) = data.plane(index, output::INSTANCE)?;
                 let ids = bytemuck::cast_slice(bytes);

@@ -65,7 +65,7 @@ pub(crate) struct DataSetSettings {
     pub(crate) fixed_delta_nanos: u64,
     /// Frames simulated before the first that is kept.
     pub(crate) warmup_frames: u64,
-    /// One in this many frames is kept.
+    /// Sensors without a rate of their own measure in one of this many frames.
     pub(crate) every_frames: u64,
     /// The index of the scene in its plan.
     pub(crate) scene: u64,
@@ -141,6 +141,10 @@ pub(crate) struct Sensor {
     pub(crate) kind: String,
     /// From sensor space (x forward, y left, z up) to vehicle space.
     pub(crate) vehicle_from_sensor: Matrix4,
+    /// Simulated time from one measurement to the next: a sensor measures in the frames within which this
+    /// time has elapsed once more. Absent: every frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) period_nanos: Option<u64>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) camera: Option<Camera>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -203,6 +207,7 @@ pub(crate) struct FrameLine {
     pub(crate) tracer: String,
     pub(crate) ego: Ego,
     pub(crate) weather: WeatherSettings,
+    /// The sensors that measured in this frame.
     pub(crate) sensors: Vec<SensorPose>,
     /// The number of entries in `boxes/`: actors and objects.
     pub(crate) box_count: u64,
@@ -213,6 +218,18 @@ pub(crate) struct FrameLine {
     pub(crate) ego_sensors: Vec<EgoSensors>,
     /// CRC-32 of the files of the frame, by folder.
     pub(crate) files_crc32: BTreeMap<String, u32>,
+}
+
+impl FrameLine {
+    /// Returns whether a sensor measured in this frame.
+    pub(crate) fn measures(&self, sensor: &str) -> bool {
+        self.sensors.iter().any(|pose| pose.name == sensor)
+    }
+
+    /// Returns whether the frame has a file in a folder of the data set, such as `front/color`.
+    pub(crate) fn has_file(&self, folder: &str) -> bool {
+        folder.split_once('/').is_none_or(|(sensor, _)| self.measures(sensor))
+    }
 }
 
 /// A rigid transform.

@@ -13,6 +13,7 @@ use crate::collect::{
     format::{Boxes, FrameLine, Metadata},
     frame_list,
     map_lines::FrameLanes,
+    schedule,
     sensors::{BOXES, LANES},
 };
 
@@ -99,12 +100,7 @@ fn inspect_scene(dir: &Path) -> Result<Report, CollectError> {
         let (listed, stated) = (lines.len(), metadata.frames_complete);
         faults.push(format!("frames.jsonl lists {listed} frames, metadata.json states {stated}"));
     }
-    for pair in lines.windows(2) {
-        let (before, after) = (pair[0].frame, pair[1].frame);
-        if after != before + metadata.settings.every_frames {
-            faults.push(format!("frame {after} follows frame {before} in frames.jsonl"));
-        }
-    }
+    faults.extend(schedule::faults(&metadata, &lines).into_iter().map(|(_, why)| why));
     let mut report = Report {
         count: lines.len(),
         frames: [lines.first(), lines.last()].map(|line| line.map_or(0, |l| l.frame)),
@@ -114,7 +110,7 @@ fn inspect_scene(dir: &Path) -> Result<Report, CollectError> {
         metadata,
     };
     for line in &lines {
-        for output in &report.metadata.outputs {
+        for output in report.metadata.outputs.iter().filter(|o| line.has_file(&o.folder)) {
             let path = folder.frame_file(&output.folder, line.frame, &output.extension);
             let checked = fs::read(&path)
                 .map_err(|e| e.to_string())

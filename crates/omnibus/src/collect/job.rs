@@ -34,12 +34,7 @@ impl Job {
     /// Locks the folder, which must be empty or hold a data set to resume.
     pub(crate) fn prepare(options: &Options, plan: Plan) -> anyhow::Result<Job> {
         let scene = plan.scene(options.scene.unwrap_or(0))?;
-        let mut sensors = plan.sensor_specs()?;
-        if plan.every > 1 {
-            for sensor in &mut sensors {
-                sensor.period_nanos = plan.every * plan.delta_nanos();
-            }
-        }
+        let sensors = plan.sensor_specs()?;
         let folder = Folder::new(options.out()?);
         // First of all: another run may be about to write what is read here.
         let lock = folder.lock()?;

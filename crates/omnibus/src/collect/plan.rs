@@ -25,7 +25,8 @@ pub(crate) struct Plan {
     pub(crate) scenes: u64,
     /// Frames that are kept of each scene.
     pub(crate) frames: u64,
-    /// One in this many frames is kept.
+    /// Sensors without a rate of their own measure in one of this many frames. Frames in which a sensor
+    /// measures are kept.
     pub(crate) every: u64,
     /// Frames that are simulated before the first that is kept.
     pub(crate) warmup: u64,
@@ -228,10 +229,22 @@ impl Plan {
         self.sun_altitudes_deg.get(part as usize).map(|deg| deg.to_radians())
     }
 
-    /// Returns the sensors.
+    /// Returns the sensors, each with its period.
     pub(crate) fn sensor_specs(&self) -> anyhow::Result<Vec<SensorSpec>> {
-        let specs = sensors_file::specs(&self.sensors)?;
-        for spec in &specs {
+        let mut specs = sensors_file::specs(&self.sensors)?;
+        let delta_nanos = self.delta_nanos();
+        for spec in &mut specs {
+            if spec.period_nanos == 0 {
+                spec.period_nanos = self.every * delta_nanos;
+            }
+            let [rate_hz, frames_hz] = [spec.period_nanos, delta_nanos].map(|n| 1e9 / n as f64);
+            // A thousandth is the rounding of a time step such as 0.033 s.
+            ensure!(
+                rate_hz <= 1.001 * frames_hz,
+                "sensor {:?}: rate_hz is {rate_hz:.3}, but {frames_hz:.3} frames are simulated per second; \
+                 use a lower rate, or a smaller fixed_delta_secs",
+                spec.name.as_str()
+            );
             ensure!(
                 spec.outputs & output::OF_CAMERA & !CAMERA_OUTPUTS == 0,
                 "sensor {:?}: collect writes the outputs color, depth, tag and instance",

@@ -221,6 +221,7 @@ pub(crate) fn collect(
         index: lines.len() as u64,
         wanted: plan.frames,
         first_kept: Frame(origin.0 + plan.warmup),
+        kept: 0,
         road_users,
         weather,
         sun_altitude_rad: None,
@@ -333,8 +334,10 @@ struct Run<'a> {
     awaited: VecDeque<Awaited>,
     index: u64,
     wanted: u64,
-    /// Frames after this one are kept.
+    /// Frames after this one are kept, if a sensor measures.
     first_kept: Frame,
+    /// Frames that were kept up to here, in this run or before.
+    kept: u64,
     road_users: RoadUsers,
     /// The weather of the next frame.
     weather: Weather,
@@ -366,6 +369,7 @@ impl Run<'_> {
             let here = client.tick()?;
             self.receive_ego_sensors()?;
             self.ego_sensors.clear();
+            self.kept += u64::from(self.is_kept(client.world().header()));
             let now = hash_text(client.world().header().state_hash);
             if let Some(then) = recorded.get(&here.0)
                 && *then != now
@@ -419,7 +423,7 @@ impl Run<'_> {
         let mut commands = self.road_users.advance(client)?;
         let after = client.frame().0.saturating_sub(self.first_kept.0);
         let before = self.weather;
-        if let Some(sun_altitude_rad) = self.plan.sun_altitude_rad(after / self.plan.every)
+        if let Some(sun_altitude_rad) = self.plan.sun_altitude_rad(self.kept)
             && self.sun_altitude_rad != Some(sun_altitude_rad)
         {
             self.weather.sun_altitude_rad = sun_altitude_rad;
@@ -469,13 +473,20 @@ impl Run<'_> {
             let (begin, end) = self.control.slot(slot).work_nanos();
             self.stages.planning_nanos += end.saturating_sub(begin);
         }
-        // All sensors of the bundle have the same period.
-        if self.receipt.is_due(&self.bundle.sensors()[0], &header) {
+        if self.is_kept(&header) {
+            self.kept += 1;
             let (actors, ego_sensors) =
                 (client.world().states().to_vec(), std::mem::take(&mut self.ego_sensors));
             let weather = self.weather;
             self.awaited.push_back(Awaited { header, actors, weather, ego_sensors });
         }
+    }
+
+    /// Returns whether a frame is kept: one after the warm-up in which a sensor measures.
+    fn is_kept(&self, header: &SnapshotHeader) -> bool {
+        let mut sensors = self.bundle.sensors().iter();
+        header.stamp.frame > self.first_kept
+            && sensors.any(|spec| self.receipt.is_due(spec, header))
     }
 
     /// Receives every bundle that has arrived.
@@ -503,6 +514,15 @@ impl Run<'_> {
             let hash = hash_text(header.state_hash);
             return Err(self.wrong_frame(&format!("{} (state hash {hash})", header.stamp.frame)));
         }
+        let planes = measurement.planes().to_vec();
+        for (index, spec) in self.bundle.sensors().iter().enumerate() {
+            let measured = planes.iter().any(|plane| plane.sensor as usize == index);
+            if measured != self.receipt.is_due(spec, &due) {
+                let (frame, name) = (due.stamp.frame, spec.name.as_str());
+                let why = format!("{frame}: sensor {name:?} is due: {}", !measured);
+                return Err(CollectError::Bug { what: "measuring at a rate", why });
+            }
+        }
         let Awaited { actors, weather, ego_sensors, .. } =
             self.awaited.pop_front().expect("it is there");
         self.stages.add_bundle(&header);
@@ -511,7 +531,6 @@ impl Run<'_> {
         if self.tracers.last().is_none_or(|last| last != tracer) {
             self.tracers.push(tracer.to_owned());
         }
-        let planes = measurement.planes().to_vec();
         let bytes: Bytes = Box::new(HeldMeasurement { measurement, _permit: permit });
         let counts = FrameCounts::default();
         self.encoders.submit(FrameData {

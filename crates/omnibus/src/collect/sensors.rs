@@ -93,6 +93,7 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
         name: spec.name.to_string(),
         kind: kind_name(spec.kind).to_owned(),
         vehicle_from_sensor: matrix4(&vehicle_from_sensor),
+        period_nanos: Some(spec.period_nanos).filter(|nanos| *nanos > 0),
         camera,
         lidar,
     }

@@ -21,6 +21,7 @@ use crate::collect::{
     format::{Boxes, FrameLine, Metadata, Sensor, View},
     frame_list,
     inspect::check,
+    schedule,
     sensors::{BOXES, Pinhole, sensor_from_optical},
     silhouette::NEAR_M,
     tracks::{TRACKS, Track, Tracks},
@@ -221,7 +222,7 @@ fn verify_scene(dir: &Path) -> Result<Verified, CollectError> {
     let mut expected: BTreeSet<PathBuf> =
         metadata.files_crc32.keys().map(PathBuf::from).chain(["metadata.json".into()]).collect();
     for line in &lines {
-        for output in &metadata.outputs {
+        for output in metadata.outputs.iter().filter(|o| line.has_file(&o.folder)) {
             let path = Folder::new(Path::new("")).frame_file(
                 &output.folder,
                 line.frame,
@@ -254,20 +255,8 @@ fn check_list(metadata: &Metadata, lines: &[FrameLine], faults: &mut Faults) {
         let example = format!("frames.jsonl lists {listed} frames, metadata.json states {stated}");
         faults.add(Fault::Count, 0, example);
     }
-    let settings = &metadata.settings;
-    for pair in lines.windows(2) {
-        let [before, after] = [&pair[0], &pair[1]];
-        let nanos = after.sim_time_nanos.wrapping_sub(before.sim_time_nanos);
-        if after.frame != before.frame + settings.every_frames
-            || nanos != settings.every_frames * settings.fixed_delta_nanos
-        {
-            let [before_nanos, after_nanos] = [before, after].map(|line| line.sim_time_nanos);
-            let example = format!(
-                "frame {} at {after_nanos} ns follows frame {} at {before_nanos} ns in frames.jsonl",
-                after.frame, before.frame
-            );
-            faults.add(Fault::Stamp, after.frame, example);
-        }
+    for (frame, why) in schedule::faults(metadata, lines) {
+        faults.add(Fault::Stamp, frame, why);
     }
 }
 
@@ -360,7 +349,7 @@ impl FrameCheck<'_> {
         let (metadata, line) = (self.metadata, self.line);
         // The files that hold what they should.
         let mut files: BTreeMap<&str, Vec<u8>> = BTreeMap::new();
-        for output in &metadata.outputs {
+        for output in metadata.outputs.iter().filter(|o| line.has_file(&o.folder)) {
             let path = self.folder.frame_file(&output.folder, line.frame, &output.extension);
             let name = path.strip_prefix(self.folder.root()).unwrap_or(&path).display().to_string();
             let bytes = match fs::read(&path) {

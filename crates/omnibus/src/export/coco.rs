@@ -137,7 +137,7 @@ fn frame_entries(
 ) -> anyhow::Result<Vec<(ImageEntry, Vec<Annotation>)>> {
     let boxes = frame.boxes()?;
     let mut entries = Vec::new();
-    for (sensor, camera) in frame.scene.cameras() {
+    for (sensor, camera) in frame.cameras() {
         let file_name = format!("{}.{}", frame.name(sensor), images.extension());
         images.place(frame, sensor, camera, &folder.join(&file_name))?;
         let ids = frame.image(sensor, camera, "instance")?;

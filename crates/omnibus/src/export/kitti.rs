@@ -56,14 +56,18 @@ pub(crate) fn write(
     let mut poses: Option<(usize, DAffine3, BufWriter<File>)> = None;
     let convert = |index: usize| {
         let frame = set.frame(index)?;
+        if !is_whole(&frame) {
+            return Ok(None);
+        }
         write_frame(&frame, index, &root.join("training"), images)?;
         let (sensor, camera) = forward_camera(frame.scene);
         let pose = affine(&frame.line.ego.world_from_vehicle)
             * affine_of_rows(&camera.vehicle_from_optical);
         let origin = format!("{} {} {}", frame.scene.name, frame.line.frame, sensor.name);
-        Ok((set.place(index), pose, origin))
+        Ok(Some((set.place(index), pose, origin)))
     };
-    threads.in_order(set.frames(), convert, |index, (place, world_from_camera, origin)| {
+    threads.in_order(set.frames(), convert, |index, written| {
+        let Some((place, world_from_camera, origin)) = written else { return Ok(()) };
         writeln!(parts[split.part(place)], "{index:06}")?;
         writeln!(list, "{index:06} {origin}")?;
         if poses.as_ref().is_none_or(|(scene, ..)| *scene != place.0) {
@@ -90,6 +94,14 @@ fn forward_camera(scene: &Scene) -> (&Sensor, &Camera) {
     let mut cameras = scene.cameras();
     let first = cameras.next().expect("checked before the first frame");
     cameras.fold(first, |best, other| if ahead(other.1) > ahead(best.1) { other } else { best })
+}
+
+/// Returns whether the camera and the lidar measured in a frame. Numbers of others are left out.
+fn is_whole(frame: &Frame) -> bool {
+    let (camera, _) = forward_camera(frame.scene);
+    let lidar = frame.scene.lidars().next();
+    frame.line.measures(&camera.name)
+        && lidar.is_none_or(|(lidar, _)| frame.line.measures(&lidar.name))
 }
 
 fn write_frame(frame: &Frame, index: usize, root: &Path, images: &Images) -> anyhow::Result<()> {

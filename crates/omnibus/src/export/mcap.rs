@@ -165,7 +165,7 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
     put("/tf".into(), "foxglove.FrameTransforms", transforms);
     let pose = Message::new().message(1, &time).text(2, WORLD).message(3, &pose(&ego));
     put("/ego/pose".into(), "foxglove.PoseInFrame", pose);
-    for (sensor, camera) in scene.cameras() {
+    for (sensor, camera) in frame.cameras() {
         let space = optical_space(sensor);
         let file = images.file(frame, sensor, camera)?;
         let format = if images.extension() == "jpg" { "jpeg" } else { "png" };
@@ -176,7 +176,7 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
         let topic = format!("/{}/calibration", sensor.name);
         put(topic.into(), "foxglove.CameraCalibration", calibration);
     }
-    for (sensor, _) in scene.lidars() {
+    for (sensor, _) in frame.lidars() {
         let (points, labels) = (frame.points(sensor)?, frame.labels(sensor)?);
         let cloud = point_cloud(&time, &sensor.name, &points, &labels);
         put(format!("/{}/points", sensor.name).into(), "foxglove.PointCloud", cloud);

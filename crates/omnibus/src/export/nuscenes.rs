@@ -2,7 +2,7 @@
 
 use std::{collections::BTreeMap, fs, path::Path};
 
-use anyhow::Context;
+use anyhow::{Context, ensure};
 use glam::{DAffine3, DMat3, DVec3};
 use serde_json::{Value, json};
 
@@ -30,6 +30,8 @@ struct Channel<'a> {
     name: String,
     sensor: &'a Sensor,
     calibrated_sensor_token: String,
+    /// The frames in which the sensor measured, by position in the list of frames.
+    measured: Vec<usize>,
 }
 
 /// A scene, and what its frames need of its mounts.
@@ -40,6 +42,8 @@ struct Mounted<'a> {
     /// The corner of the map that is the origin of nuScenes' world.
     origin: DVec3,
     channels: Vec<Channel<'a>>,
+    /// The frames in which every sensor measured: nuScenes' key frames. The files of others are sweeps.
+    samples: Vec<usize>,
 }
 
 /// The tables that grow with the frames.
@@ -54,7 +58,8 @@ struct Tables {
 /// The rows of a frame.
 struct Rows {
     scene: usize,
-    sample: Value,
+    /// Of key frames.
+    sample: Option<Value>,
     ego_pose: Value,
     sample_data: Vec<Value>,
     annotations: Vec<Annotation>,
@@ -88,12 +93,17 @@ pub(crate) fn write(
     let areas = nuscenes_map::areas(set, threads)?;
     let scenes: Vec<Mounted> = (set.scenes().iter())
         .map(|scene| Mounted::of(scene, areas[&scene.metadata.settings.map_fnv1a64].low))
-        .collect();
-    for channel in scenes.iter().flat_map(|scene| &scene.channels) {
-        let path = root.join("samples").join(&channel.name);
-        fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
+        .collect::<anyhow::Result<_>>()?;
+    for scene in &scenes {
+        for channel in &scene.channels {
+            let has_sweeps = channel.measured.len() > scene.samples.len();
+            for folder in if has_sweeps { &["samples", "sweeps"][..] } else { &["samples"] } {
+                let path = root.join(folder).join(&channel.name);
+                fs::create_dir_all(&path).with_context(|| path.display().to_string())?;
+            }
+        }
     }
-    write_fixed_tables(&folder, set, &scenes)?;
+    write_fixed_tables(&folder, &scenes)?;
     write_maps(&folder, root, set, &areas)?;
 
     let table = |name: &str| Table::create(&folder.join(format!("{name}.json")));
@@ -125,7 +135,7 @@ pub(crate) fn write(
 
 impl Tables {
     fn push(&mut self, rows: Rows, live: &mut BTreeMap<u32, Instance>) -> anyhow::Result<()> {
-        self.sample.push(&rows.sample)?;
+        rows.sample.iter().try_for_each(|row| self.sample.push(row))?;
         self.ego_pose.push(&rows.ego_pose)?;
         rows.sample_data.iter().try_for_each(|row| self.sample_data.push(row))?;
         for mut annotation in rows.annotations {
@@ -170,7 +180,7 @@ fn instance_token(scene: &str, actor: u32) -> String {
     token(&["instance", scene, &actor.to_string()])
 }
 
-fn write_fixed_tables(folder: &Path, set: &Set, scenes: &[Mounted]) -> anyhow::Result<()> {
+fn write_fixed_tables(folder: &Path, scenes: &[Mounted]) -> anyhow::Result<()> {
     let write = |name: &str, rows: Vec<Value>| {
         let mut table = Table::create(&folder.join(format!("{name}.json")))?;
         rows.iter().try_for_each(|row| table.push(row))?;
@@ -195,7 +205,7 @@ fn write_fixed_tables(folder: &Path, set: &Set, scenes: &[Mounted]) -> anyhow::R
     write("calibrated_sensor", calibrated_sensors)?;
     let mut logs = Vec::new();
     let mut rows = Vec::new();
-    for scene in set.scenes() {
+    for Mounted { scene, samples, .. } in scenes {
         let name = &scene.name;
         let settings = &scene.metadata.settings;
         let log_token = token(&["log", name]);
@@ -210,11 +220,11 @@ fn write_fixed_tables(folder: &Path, set: &Set, scenes: &[Mounted]) -> anyhow::R
         rows.push(json!({
             "token": token(&["scene", name]),
             "log_token": log_token,
-            "nbr_samples": scene.frames(),
+            "nbr_samples": samples.len(),
             "name": name,
             "description": format!("map {}, seed {}", settings.map, settings.seed),
             "first_sample_token": sample_token(name, 0),
-            "last_sample_token": sample_token(name, scene.frames() - 1),
+            "last_sample_token": sample_token(name, samples.len() - 1),
         }));
     }
     write("log", logs)?;
@@ -269,7 +279,7 @@ fn translation_rotation(transform: &DAffine3) -> ([f64; 3], [f64; 4]) {
 }
 
 impl<'a> Mounted<'a> {
-    fn of(scene: &'a Scene, origin: DVec3) -> Mounted<'a> {
+    fn of(scene: &'a Scene, origin: DVec3) -> anyhow::Result<Mounted<'a>> {
         let blueprint = town::blueprint(&scene.metadata.settings.ego_blueprint);
         let wheelbase_m = blueprint.map_or(0.0, |(_, made)| f64::from(made.wheelbase_m));
         let mut channels: Vec<Channel> = Vec::new();
@@ -285,7 +295,26 @@ impl<'a> Mounted<'a> {
             channels.push(Channel::of(scene, name, sensor));
         }
         let ego_from_vehicle = DAffine3::from_translation(DVec3::X * 0.5 * wheelbase_m);
-        Mounted { scene, ego_from_vehicle, origin, channels }
+        let mut samples = Vec::new();
+        for index in 0..scene.frames() {
+            let line = scene.frame(index)?.line;
+            for channel in &mut channels {
+                if line.measures(&channel.sensor.name) {
+                    channel.measured.push(index);
+                }
+            }
+            if channels.iter().all(|channel| channel.measured.last() == Some(&index)) {
+                samples.push(index);
+            }
+        }
+        ensure!(
+            !samples.is_empty(),
+            "{}: its sensors measure together in none of its {} frames, so that nuScenes' samples cannot \
+             be made; use rates of which each is a multiple of the lowest",
+            scene.name,
+            scene.frames()
+        );
+        Ok(Mounted { scene, ego_from_vehicle, origin, channels, samples })
     }
 
     fn calibration(&self, channel: &Channel, sensor_token: &str) -> Value {
@@ -322,16 +351,22 @@ impl<'a> Mounted<'a> {
         images: &Images,
     ) -> anyhow::Result<Rows> {
         let frame = self.scene.frame(index)?;
-        let (name, count) = (&self.scene.name, self.scene.frames());
+        let name = &self.scene.name;
         let timestamp = frame.line.sim_time_nanos / 1000;
-        let token_of_sample = sample_token(name, index);
-        let [prev, next] = neighbours(index, count, |index| sample_token(name, index));
-        let sample = json!({
-            "token": token_of_sample,
-            "timestamp": timestamp,
-            "prev": prev,
-            "next": next,
-            "scene_token": token(&["scene", name]),
+        // A sweep belongs to the sample after it; those after the last sample, to the last.
+        let number = self.samples.partition_point(|sample| *sample < index);
+        let is_sample = self.samples.get(number) == Some(&index);
+        let token_of_sample = sample_token(name, number.min(self.samples.len() - 1));
+        let [prev, next] =
+            neighbours(number, self.samples.len(), |number| sample_token(name, number));
+        let sample = is_sample.then(|| {
+            json!({
+                "token": token_of_sample,
+                "timestamp": timestamp,
+                "prev": prev,
+                "next": next,
+                "scene_token": token(&["scene", name]),
+            })
         });
         let ego_token = token(&["ego_pose", name, &index.to_string()]);
         let global_from_world = DAffine3::from_translation(-self.origin);
@@ -346,10 +381,13 @@ impl<'a> Mounted<'a> {
             "translation": translation,
         });
         let mut sample_data = Vec::new();
+        let folder = if is_sample { "samples" } else { "sweeps" };
         for channel in &self.channels {
-            let [prev, next] =
-                neighbours(index, count, |index| data_token(name, &channel.name, index));
-            let stem = format!("samples/{0}/{name}__{0}__{timestamp:012}", channel.name);
+            let Ok(ordinal) = channel.measured.binary_search(&index) else { continue };
+            let [prev, next] = neighbours(ordinal, channel.measured.len(), |ordinal| {
+                data_token(name, &channel.name, channel.measured[ordinal])
+            });
+            let stem = format!("{folder}/{0}/{name}__{0}__{timestamp:012}", channel.name);
             let stored = write_file(&frame, channel.sensor, root, &stem, images)?;
             sample_data.push(json!({
                 "token": data_token(name, &channel.name, index),
@@ -358,7 +396,7 @@ impl<'a> Mounted<'a> {
                 "calibrated_sensor_token": channel.calibrated_sensor_token,
                 "timestamp": timestamp,
                 "fileformat": stored.format,
-                "is_key_frame": true,
+                "is_key_frame": is_sample,
                 "height": stored.size[1],
                 "width": stored.size[0],
                 "filename": stored.name,
@@ -395,7 +433,8 @@ impl<'a> Mounted<'a> {
             });
             Some(Annotation { actor: actor.actor_id, category_token, token: token_of_row, row })
         };
-        let annotations = frame.boxes()?.iter().filter_map(annotate).collect();
+        let boxes = if is_sample { frame.boxes()? } else { Vec::new() };
+        let annotations = boxes.iter().filter_map(annotate).collect();
         Ok(Rows { scene, sample, ego_pose, sample_data, annotations })
     }
 }
@@ -403,7 +442,7 @@ impl<'a> Mounted<'a> {
 impl<'a> Channel<'a> {
     fn of(scene: &Scene, name: String, sensor: &'a Sensor) -> Channel<'a> {
         let calibrated_sensor_token = token(&["calibrated_sensor", &scene.name, &name]);
-        Channel { name, sensor, calibrated_sensor_token }
+        Channel { name, sensor, calibrated_sensor_token, measured: Vec::new() }
     }
 }
 

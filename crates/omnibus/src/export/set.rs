@@ -172,7 +172,17 @@ impl Scene {
     }
 }
 
-impl Frame<'_> {
+impl<'a> Frame<'a> {
+    /// Returns the cameras with colour images that measured in this frame.
+    pub(crate) fn cameras(&self) -> impl Iterator<Item = (&'a Sensor, &'a Camera)> {
+        self.scene.cameras().filter(|(sensor, _)| self.line.measures(&sensor.name))
+    }
+
+    /// Returns the lidars that measured in this frame.
+    pub(crate) fn lidars(&self) -> impl Iterator<Item = (&'a Sensor, &'a Lidar)> {
+        self.scene.lidars().filter(|(sensor, _)| self.line.measures(&sensor.name))
+    }
+
     /// Returns `town_front_000041` for the camera `front` of the scene `town`.
     pub(crate) fn name(&self, sensor: &Sensor) -> String {
         format!("{}_{}_{:06}", self.scene.name, sensor.name, self.line.frame)

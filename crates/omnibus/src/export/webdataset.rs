@@ -56,7 +56,7 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
         let parts = parts.iter().fold(Box::new(std::io::empty()) as Box<dyn Read>, chain);
         tar.append_data(&mut header, format!("{key}.{name}"), parts)
     };
-    for (sensor, camera) in frame.scene.cameras() {
+    for (sensor, camera) in frame.cameras() {
         let name = &sensor.name;
         let color = images.file(frame, sensor, camera)?;
         put(&format!("{name}.color.{}", images.extension()), &[&color])?;
@@ -67,7 +67,7 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
             put(&format!("{name}.{output}.{extension}"), &[&frame.bytes(&folder, extension)?])?;
         }
     }
-    for (sensor, _) in frame.scene.lidars() {
+    for (sensor, _) in frame.lidars() {
         let name = &sensor.name;
         let (points, labels) = (frame.points(sensor)?, frame.labels(sensor)?);
         put(&format!("{name}.points.npy"), &[&array("<f4", points.len() / 16, 4), &points])?;

@@ -46,7 +46,7 @@ pub(crate) fn write(
 
 fn write_frame(frame: &Frame, root: &Path, part: &str, images: &Images) -> anyhow::Result<()> {
     let boxes = frame.boxes()?;
-    for (sensor, camera) in frame.scene.cameras() {
+    for (sensor, camera) in frame.cameras() {
         let name = frame.name(sensor);
         let image = format!("images/{part}/{name}.{}", images.extension());
         images.place(frame, sensor, camera, &root.join(image))?;
