@@ -60,8 +60,9 @@ impl Radar {
     }
 
     /// Returns the detections of a measurement of [`Radar::grid`] at a simulated time: its plane of
-    /// points, their x, y, z, and the id of what each hit. `velocity_of` gives the velocity of an
-    /// actor in world space, and zero for ids that are none; `carrier` is the actor with the radar.
+    /// points, their x, y, z, and the id and tag of what each hit, which come with its detections.
+    /// `velocity_of` gives the velocity of an actor in world space, and zero for ids that are none;
+    /// `carrier` is the actor with the radar.
     pub fn detections<'a>(
         &'a self,
         time_nanos: u64,
@@ -70,7 +71,7 @@ impl Radar {
         labels: &'a [[u32; 2]],
         velocity_of: impl Fn(ActorId) -> Vec3 + 'a,
         carrier: ActorId,
-    ) -> impl Iterator<Item = RadarDetection> + 'a {
+    ) -> impl Iterator<Item = (RadarDetection, [u32; 2])> + 'a {
         let own = velocity_of(carrier);
         let world_from_sensor = plane.world_from_sensor.rotation();
         let grid = [plane.width, plane.height];
@@ -79,19 +80,20 @@ impl Radar {
         (0..self.points).filter_map(move |_| {
             let [radius, turn] = [random.unit(), random.unit()];
             let ray = ray_nearest_to(radius, turn * TAU, self.fov_rad, grid);
-            let ([x, y, z, _], [id, _]) = (*points.get(ray)?, *labels.get(ray)?);
+            let ([x, y, z, _], label) = (*points.get(ray)?, *labels.get(ray)?);
             let to = Vec3::new(x, y, z);
             let depth_m = to.length();
             if depth_m == 0.0 {
                 return None;
             }
             let direction = world_from_sensor * (to / depth_m);
-            Some(RadarDetection {
-                velocity_mps: (velocity_of(ActorId(id)) - own).dot(direction),
+            let detection = RadarDetection {
+                velocity_mps: (velocity_of(ActorId(label[0])) - own).dot(direction),
                 azimuth_rad: y.atan2(x),
                 altitude_rad: (z / depth_m).clamp(-1.0, 1.0).asin(),
                 depth_m,
-            })
+            };
+            Some((detection, label))
         })
     }
 }
@@ -174,11 +176,12 @@ mod tests {
             radar.detections(5, &plane, &points, &labels, velocity_of, ActorId(1)).collect();
         assert_eq!(found.len(), 500, "every direction hits");
         let (mut vehicle, mut left) = (0, 0);
-        for one in &found {
+        for (one, [id, _]) in &found {
             let RadarDetection { velocity_mps, azimuth_rad, altitude_rad, depth_m } = *one;
             let cosine = azimuth_rad.cos() * altitude_rad.cos();
             assert!((depth_m * cosine - 40.0).abs() < 1e-3, "{one:?}");
             let is_vehicle = (40.0 * azimuth_rad.tan()).abs() < 2.0;
+            assert_eq!(*id, if is_vehicle { 7 } else { 0 }, "{one:?}");
             let closing = if is_vehicle { 3.0 } else { 12.0 };
             assert!((velocity_mps + closing * cosine).abs() < 1e-3, "{one:?}");
             vehicle += u32::from(is_vehicle);

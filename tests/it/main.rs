@@ -46,6 +46,7 @@ mod physics_sensors;
 mod plan;
 mod profile;
 mod python_package;
+mod radar;
 mod record;
 mod refuse;
 mod ros2;

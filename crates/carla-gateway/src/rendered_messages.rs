@@ -257,7 +257,7 @@ fn append_radar(mut bytes: Bytes, scan: &RadarScan, measured: &Measurement) -> O
         velocity_of,
         header.parent,
     );
-    for found in detections {
+    for (found, _) in detections {
         bytes.f32(found.velocity_mps).f32(-found.azimuth_rad);
         bytes.f32(found.altitude_rad).f32(found.depth_m);
     }

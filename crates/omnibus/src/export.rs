@@ -16,6 +16,7 @@ mod kitti;
 mod mcap;
 mod nuscenes;
 mod nuscenes_map;
+mod nuscenes_radar;
 mod nuscenes_words;
 mod output;
 mod parallel;

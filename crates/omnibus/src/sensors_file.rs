@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use anyhow::{Context, anyhow, ensure};
+use client_lib::Radar;
 use glam::{EulerRot, Quat, Vec3};
 use protocol::{Pose, SensorSpec, output};
 use serde::{Deserialize, Serialize};
@@ -67,6 +68,12 @@ pub(crate) struct SensorEntry {
     /// Revolutions per second; 0: the whole turn at one instant in every frame.
     #[serde(default)]
     rotation_rate_hz: f32,
+    #[serde(default = "default_radar_fov")]
+    horizontal_fov_deg: f32,
+    #[serde(default = "default_radar_fov")]
+    vertical_fov_deg: f32,
+    #[serde(default = "default_points_per_second")]
+    points_per_second: f32,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -74,6 +81,7 @@ pub(crate) struct SensorEntry {
 enum Kind {
     Camera,
     Lidar,
+    Radar,
 }
 
 fn default_width() -> u32 {
@@ -102,6 +110,13 @@ fn default_range() -> f32 {
 }
 fn default_attenuation() -> f32 {
     0.004
+}
+
+fn default_radar_fov() -> f32 {
+    30.0
+}
+fn default_points_per_second() -> f32 {
+    1500.0
 }
 
 const OUTPUTS: [(&str, u32); 6] = [
@@ -147,7 +162,18 @@ pub(crate) fn specs(entries: &[SensorEntry]) -> anyhow::Result<Vec<SensorSpec>> 
 }
 
 impl SensorEntry {
-    /// Scales the image of a camera to this size; a lidar stays as it is.
+    /// Returns what a radar makes of its rays, with the points of one period; `None` for other sensors.
+    pub(crate) fn radar(&self, period_nanos: u64) -> Option<Radar> {
+        (self.kind == Kind::Radar).then(|| Radar {
+            fov_rad: [self.horizontal_fov_deg, self.vertical_fov_deg].map(f32::to_radians),
+            range_m: self.range_m,
+            points: (f64::from(self.points_per_second) * period_nanos as f64 * 1e-9).round()
+                as usize,
+            seed: self.seed,
+        })
+    }
+
+    /// Scales the image of a camera to this size; other sensors stay as they are.
     pub(crate) fn resize(&mut self, width_px: Option<u32>, height_px: Option<u32>) {
         if self.kind == Kind::Camera {
             self.width_px = width_px.unwrap_or(self.width_px);
@@ -258,6 +284,21 @@ impl SensorEntry {
                     rotation_rate_hz: self.rotation_rate_hz,
                     ..spec
                 }
+            }
+            Kind::Radar => {
+                for (what, value, most) in [
+                    ("horizontal_fov_deg", self.horizontal_fov_deg, 170.0),
+                    ("vertical_fov_deg", self.vertical_fov_deg, 170.0),
+                    ("range_m", self.range_m, 1e4),
+                    ("points_per_second", self.points_per_second, 1e6),
+                ] {
+                    ensure!(
+                        (1.0..=most).contains(&value),
+                        "sensor {name:?}: {what} is {value}; use 1 to {most}"
+                    );
+                }
+                let radar = self.radar(0).expect("this is one");
+                radar.grid(name, pose)
             }
         };
         Ok(SensorSpec { period_nanos, ..spec })

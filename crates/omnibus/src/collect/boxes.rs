@@ -89,27 +89,29 @@ pub(crate) struct CameraView<'a> {
     pub(crate) seen: Vec<Option<Seen>>,
 }
 
-/// The returns of one lidar.
+/// The returns of one lidar, or the detections of one radar.
 pub(crate) struct LidarView<'a> {
     pub(crate) name: &'a str,
     pub(crate) returns: Vec<u32>,
+}
+
+/// Returns the number of points on one box, by the name of the sensor that has any.
+fn points(views: &[LidarView], index: usize) -> BTreeMap<String, u32> {
+    let hit = views.iter().filter(|view| view.returns[index] > 0);
+    hit.map(|view| (view.name.to_owned(), view.returns[index])).collect()
 }
 
 /// The sensors of a frame, and what they saw.
 pub(crate) struct Views<'a> {
     pub(crate) cameras: Vec<CameraView<'a>>,
     pub(crate) lidars: Vec<LidarView<'a>>,
+    pub(crate) radars: Vec<LidarView<'a>>,
 }
 
 impl Views<'_> {
     fn is_seen(&self, index: usize) -> bool {
         self.cameras.iter().any(|c| c.seen[index].is_some())
-            || self.lidars.iter().any(|l| l.returns[index] > 0)
-    }
-
-    fn lidar_points(&self, index: usize) -> BTreeMap<String, u32> {
-        let hit = self.lidars.iter().filter(|l| l.returns[index] > 0);
-        hit.map(|l| (l.name.to_owned(), l.returns[index])).collect()
+            || self.lidars.iter().chain(&self.radars).any(|l| l.returns[index] > 0)
     }
 
     /// Returns one box in the image of each camera that saw it. `draw` counts the pixels of its
@@ -180,7 +182,8 @@ pub(crate) fn actor_boxes(
             world_from_box: (&world_from_box).into(),
             velocity_mps: actor.velocity_mps,
             traffic_light_state: traffic_light_state(actor).map(str::to_owned),
-            lidar_points: views.lidar_points(index),
+            lidar_points: points(&views.lidars, index),
+            radar_points: points(&views.radars, index),
             cameras: views.in_cameras(index, size_m, &world_from_box, draw),
         });
     }
@@ -205,7 +208,8 @@ pub(crate) fn object_boxes(boxed: Boxed, views: &Views, raster: &mut Silhouette)
             tag_name: tag_name(object.tag as u8),
             size_m: object.size_m,
             world_from_box: (&object.world_from_box).into(),
-            lidar_points: views.lidar_points(first + index),
+            lidar_points: points(&views.lidars, first + index),
+            radar_points: points(&views.radars, first + index),
             cameras: views.in_cameras(first + index, object.size_m, &object.world_from_box, draw),
         }
     };
@@ -296,7 +300,7 @@ mod tests {
         let states = [light::RED, light::YELLOW, light::GREEN, light::OFF].map(|phase| {
             let shown = ActorState { kind: kind::TRAFFIC_LIGHT, phase, ..actor(2) };
             let lidar = LidarView { name: "roof", returns: vec![1] };
-            let views = Views { cameras: Vec::new(), lidars: vec![lidar] };
+            let views = Views { cameras: Vec::new(), lidars: vec![lidar], radars: Vec::new() };
             let all = boxes(&[shown], &blueprints, &views);
             serde_json::to_value(&all[0]).unwrap()["traffic_light_state"].clone()
         });
@@ -331,7 +335,11 @@ mod tests {
             seen: vec![Some(seen_2), Some(seen_2), None],
         };
         let lidar = LidarView { name: "roof", returns: vec![0, 0, 5] };
-        let all = boxes(&actors, &blueprints, &Views { cameras: vec![front], lidars: vec![lidar] });
+        let all = boxes(
+            &actors,
+            &blueprints,
+            &Views { cameras: vec![front], lidars: vec![lidar], radars: Vec::new() },
+        );
 
         let ids: Vec<_> = all.iter().map(|b| b.actor_id).collect();
         assert_eq!(ids, [2, 3], "the ego is left out");

@@ -1,5 +1,6 @@
 //! Encodes the planes of a measurement as files.
 
+use client_lib::RadarDetection;
 use jpeg_encoder::ColorType as JpegColor;
 use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
@@ -225,6 +226,23 @@ pub(crate) fn returns(
         }
     }
     count
+}
+
+/// Writes the detections of a radar and their labels, and returns their number.
+pub(crate) fn detections(
+    found: impl Iterator<Item = (RadarDetection, [u32; 2])>,
+    points: &mut Vec<u8>,
+    labels: &mut Vec<u8>,
+) -> u64 {
+    points.clear();
+    labels.clear();
+    for (one, [id, tag]) in found {
+        let RadarDetection { velocity_mps, azimuth_rad, altitude_rad, depth_m } = one;
+        let row = [velocity_mps, azimuth_rad, altitude_rad, depth_m];
+        points.extend(row.iter().flat_map(|v| v.to_le_bytes()));
+        labels.extend([file_id(id), tag].iter().flat_map(|v| v.to_le_bytes()));
+    }
+    points.len() as u64 / 16
 }
 
 #[cfg(test)]

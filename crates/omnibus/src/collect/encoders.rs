@@ -16,10 +16,10 @@ use std::{
 };
 
 use bus::clock;
+use client_lib::RadarDetection;
 use crossbeam::channel::{Receiver, Sender, bounded};
-use protocol::{
-    ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, SensorSpec, Weather, output, sensor,
-};
+use glam::Vec3;
+use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, Weather, output, sensor};
 
 use crate::collect::{
     CollectError,
@@ -32,7 +32,7 @@ use crate::collect::{
     image_storage::ImageStorage,
     map_lines::{FrameLanes, LaneLines},
     objects::StaticObjects,
-    sensors::{BOXES, LANES, Pinhole, Task, sensor_from_optical},
+    sensors::{BOXES, LANES, Pinhole, PlannedSensor, Task, sensor_from_optical},
     silhouette::Silhouette,
 };
 
@@ -74,6 +74,31 @@ impl FrameData {
         self.planes.iter().any(|plane| plane.sensor as usize == sensor)
     }
 
+    /// Returns the detections of a radar, each with the id and tag of what it met; `None` for other
+    /// sensors.
+    fn detections<'a>(
+        &'a self,
+        sensor: usize,
+        context: &'a DataSetContext,
+    ) -> Result<Option<impl Iterator<Item = (RadarDetection, [u32; 2])> + 'a>, CollectError> {
+        let Some(radar) = &context.sensors[sensor].radar else { return Ok(None) };
+        let velocity_of = |id: ActorId| match self.actors.binary_search_by_key(&id, |a| a.actor_id)
+        {
+            Ok(index) => self.actors[index].velocity(),
+            Err(_) => Vec3::ZERO,
+        };
+        let (plane, points) = self.plane(sensor, output::POINTS)?;
+        let labels = self.plane(sensor, output::LABELS)?.1;
+        Ok(Some(radar.detections(
+            self.header.stamp.sim_time_nanos,
+            plane,
+            bytemuck::cast_slice(points),
+            bytemuck::cast_slice(labels),
+            velocity_of,
+            context.ego,
+        )))
+    }
+
     fn plane(&self, sensor: usize, output: u32) -> Result<(&Plane, &[u8]), CollectError> {
         let found = self.planes.iter().find(|p| p.sensor as usize == sensor && p.output == output);
         let bytes: &[u8] = (*self.bytes).as_ref();
@@ -92,7 +117,7 @@ impl FrameData {
 /// What all encoder threads share.
 pub(crate) struct DataSetContext {
     pub(crate) folder: Folder,
-    pub(crate) sensors: Vec<SensorSpec>,
+    pub(crate) sensors: Vec<PlannedSensor>,
     pub(crate) tasks: Vec<Task>,
     pub(crate) ego: ActorId,
     pub(crate) blueprints: Vec<BlueprintInfo>,
@@ -328,10 +353,16 @@ impl Shared {
         [points_folder, labels_folder]: [&str; 2],
         buffers: &mut WorkerBuffers,
     ) -> Result<(), CollectError> {
-        let rays = bytemuck::cast_slice(data.plane(sensor, output::POINTS)?.1);
-        let met = bytemuck::cast_slice(data.plane(sensor, output::LABELS)?.1);
-        let count = encode::returns(rays, met, &mut buffers.points, &mut buffers.labels);
-        let name = self.context.sensors[sensor].name.to_string();
+        let (points, labels) = (&mut buffers.points, &mut buffers.labels);
+        let count = match data.detections(sensor, &self.context)? {
+            Some(detections) => encode::detections(detections, points, labels),
+            None => {
+                let rays = bytemuck::cast_slice(data.plane(sensor, output::POINTS)?.1);
+                let met = bytemuck::cast_slice(data.plane(sensor, output::LABELS)?.1);
+                encode::returns(rays, met, points, labels)
+            }
+        };
+        let name = self.context.sensors[sensor].spec.name.to_string();
         lock(&data.counts.points).insert(name, count);
         self.write(data, points_folder, "bin", &buffers.points)?;
         self.write(data, labels_folder, "bin", &buffers.labels)
@@ -340,9 +371,11 @@ impl Shared {
     fn boxes(&self, data: &FrameData, buffers: &mut WorkerBuffers) -> Result<(), CollectError> {
         let context = &self.context;
         let boxed = Boxed { actors: &data.actors, objects: &context.objects };
-        let mut views = Views { cameras: Vec::new(), lidars: Vec::new() };
+        let mut views = Views { cameras: Vec::new(), lidars: Vec::new(), radars: Vec::new() };
         let sensors = context.sensors.iter().enumerate();
-        for (index, spec) in sensors.filter(|(index, _)| data.measures(*index)) {
+        for (index, PlannedSensor { spec, .. }) in
+            sensors.filter(|(index, _)| data.measures(*index))
+        {
             if spec.outputs & output::INSTANCE != 0 {
                 let (plane, bytes) = data.plane(index, output::INSTANCE)?;
                 let ids = bytemuck::cast_slice(bytes);
@@ -353,7 +386,11 @@ impl Shared {
                     seen: boxes::seen(ids, plane.width as usize, boxed),
                 });
             }
-            if spec.outputs & output::LABELS != 0 {
+            if let Some(detections) = data.detections(index, context)? {
+                let labels: Vec<_> = detections.map(|(_, label)| label).collect();
+                let returns = boxes::returns(&labels, boxed);
+                views.radars.push(LidarView { name: spec.name.as_str(), returns });
+            } else if spec.outputs & output::LABELS != 0 {
                 let labels = bytemuck::cast_slice(data.plane(index, output::LABELS)?.1);
                 let returns = boxes::returns(labels, boxed);
                 views.lidars.push(LidarView { name: spec.name.as_str(), returns });
@@ -375,7 +412,7 @@ impl Shared {
 
     fn lanes(&self, data: &FrameData) -> Result<(), CollectError> {
         let mut cameras = BTreeMap::new();
-        for (index, spec) in self.context.sensors.iter().enumerate() {
+        for (index, PlannedSensor { spec, .. }) in self.context.sensors.iter().enumerate() {
             if spec.kind != sensor::CAMERA {
                 continue;
             }
@@ -395,7 +432,7 @@ impl Shared {
     fn line(&self, data: &FrameData) -> FrameLine {
         let header = &data.header;
         let ego = data.actors.iter().find(|a| a.actor_id == self.context.ego);
-        let pose = |(index, spec): (usize, &SensorSpec)| {
+        let pose = |(index, PlannedSensor { spec, .. }): (usize, &PlannedSensor)| {
             let plane = data.planes.iter().find(|p| p.sensor as usize == index)?;
             let name = spec.name.to_string();
             Some(SensorPose { name, world_from_sensor: (&plane.world_from_sensor).into() })

@@ -136,7 +136,7 @@ impl From<protocol::Weather> for WeatherSettings {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Sensor {
     pub(crate) name: String,
-    /// `camera`, `lidar`, `imu`, `gnss`, `odometry`, `collision` or `lane_invasion`. The readings of
+    /// `camera`, `lidar`, `radar`, `imu`, `gnss`, `odometry`, `collision` or `lane_invasion`. The readings of
     /// the last five are in `frames.jsonl` under `ego_sensors`.
     pub(crate) kind: String,
     /// From sensor space (x forward, y left, z up) to vehicle space.
@@ -149,6 +149,8 @@ pub(crate) struct Sensor {
     pub(crate) camera: Option<Camera>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub(crate) lidar: Option<Lidar>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) radar: Option<Radar>,
 }
 
 /// A 4 × 4 matrix by rows.
@@ -175,6 +177,16 @@ pub(crate) struct Lidar {
     pub(crate) lower_elevation_rad: f64,
     pub(crate) range_m: f64,
     pub(crate) attenuation_per_m: f64,
+}
+
+/// A radar that looks in random directions of an elliptic cone, more of them in its middle.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Radar {
+    pub(crate) horizontal_fov_rad: f64,
+    pub(crate) vertical_fov_rad: f64,
+    pub(crate) range_m: f64,
+    /// Directions of one measurement; those that meet something give a detection.
+    pub(crate) points: u64,
 }
 
 /// The actors at the start.
@@ -211,7 +223,7 @@ pub(crate) struct FrameLine {
     pub(crate) sensors: Vec<SensorPose>,
     /// The number of entries in `boxes/`: actors and objects.
     pub(crate) box_count: u64,
-    /// The number of returns in the files of each lidar.
+    /// The number of returns or detections in the files of each lidar and radar.
     pub(crate) point_counts: BTreeMap<String, u64>,
     /// Readings of the physics sensors, at each frame since the frame before that was kept.
     #[serde(default)]
@@ -331,6 +343,9 @@ pub(crate) struct ActorBox {
     pub(crate) traffic_light_state: Option<String>,
     /// The number of returns on the actor, for each lidar that hit it.
     pub(crate) lidar_points: BTreeMap<String, u32>,
+    /// The number of detections of the actor, for each radar that has any.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) radar_points: BTreeMap<String, u32>,
     /// The actor in the image of each camera that saw it.
     pub(crate) cameras: BTreeMap<String, View>,
 }
@@ -353,6 +368,9 @@ pub(crate) struct ObjectBox {
     pub(crate) world_from_box: Transform,
     /// The number of returns on the object, for each lidar that hit it.
     pub(crate) lidar_points: BTreeMap<String, u32>,
+    /// The number of detections of the object, for each radar that has any.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) radar_points: BTreeMap<String, u32>,
     /// The object in the image of each camera that saw it.
     pub(crate) cameras: BTreeMap<String, View>,
 }

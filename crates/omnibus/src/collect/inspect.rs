@@ -77,7 +77,7 @@ pub(crate) fn inspect(dir: &Path) -> Result<String, CollectError> {
     let _ = write!(
         text,
         "{complete} of {scenes} scenes are complete: {frames} frames, {:.1} MB, {boxes} boxes, {points} \
-         lidar points, no fault",
+         points, no fault",
         bytes as f64 / 1e6
     );
     if complete < scenes as u64 && collection.plan.is_some() {
@@ -152,7 +152,7 @@ pub(crate) fn check(
         expect("width", image.width as u64, camera.width_px.into())?;
         expect("height", image.height as u64, camera.height_px.into())?;
     } else if let Some(points) = line.point_counts.get(name) {
-        let size = if output == "points" { 16 } else { 8 };
+        let size = if output == "labels" { 8 } else { 16 };
         expect("bytes", file.len() as u64, points * size)?;
     } else {
         return Err("no sensor in metadata.json writes it".to_owned());
@@ -187,6 +187,6 @@ impl fmt::Display for Report {
         for (folder, bytes) in &self.bytes {
             writeln!(f, "{:>10.1} MB  {folder}", *bytes as f64 / 1e6)?;
         }
-        write!(f, "{} boxes, {} lidar points", self.boxes, self.points)
+        write!(f, "{} boxes, {} points of lidars and radars", self.boxes, self.points)
     }
 }

@@ -1,20 +1,19 @@
 //! One data set to be written: its scene, and its folder.
 
-use protocol::SensorSpec;
-
 use crate::collect::{
     CollectError, Options,
     folder::{Folder, FolderLock},
     format::{FORMAT, FrameLine, Metadata},
     frame_list::FrameList,
     plan::{Plan, Scene},
+    sensors::PlannedSensor,
 };
 
 /// A data set to be written, with its locked folder.
 pub(crate) struct Job {
     pub(crate) plan: Plan,
     pub(crate) scene: Scene,
-    pub(crate) sensors: Vec<SensorSpec>,
+    pub(crate) sensors: Vec<PlannedSensor>,
     /// How many frames rendering may lag behind.
     pub(crate) pipeline: u32,
     /// Threads that encode and write.
@@ -34,7 +33,7 @@ impl Job {
     /// Locks the folder, which must be empty or hold a data set to resume.
     pub(crate) fn prepare(options: &Options, plan: Plan) -> anyhow::Result<Job> {
         let scene = plan.scene(options.scene.unwrap_or(0))?;
-        let sensors = plan.sensor_specs()?;
+        let sensors = plan.planned_sensors()?;
         let folder = Folder::new(options.out()?);
         // First of all: another run may be about to write what is read here.
         let lock = folder.lock()?;

@@ -3,19 +3,18 @@
 use std::collections::BTreeMap;
 
 use mesh::Tag;
-use protocol::SensorSpec;
 use serde_json::Value;
 
 use crate::collect::{
     format::{DataSetSettings, FORMAT, Metadata, SpawnedActors},
-    sensors,
+    sensors::{self, PlannedSensor},
 };
 
 /// Returns the metadata of a data set before its first frame.
 pub(crate) fn of(
     settings: DataSetSettings,
     spawned_actors: SpawnedActors,
-    sensors: &[SensorSpec],
+    sensors: &[PlannedSensor],
     frames: u64,
 ) -> Metadata {
     Metadata {

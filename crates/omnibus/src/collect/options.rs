@@ -226,7 +226,8 @@ mod tests {
         let plan = plan.unwrap();
         assert_eq!((plan.frames, plan.traffic.vehicles), (7, 3));
         assert_eq!(plan.scene(0).unwrap().weather.unwrap().precipitation, 60.0);
-        let sensors = plan.sensor_specs().unwrap();
+        let sensors: Vec<_> =
+            plan.planned_sensors().unwrap().into_iter().map(|sensor| sensor.spec).collect();
         assert_eq!((sensors[0].width, sensors[0].height, sensors[1].width), (64, 600, 1800));
     }
 

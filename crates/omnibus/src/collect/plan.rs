@@ -11,7 +11,7 @@ use crate::{
         actors::EGO,
         events::{Crossing, Event},
         image_storage::ImageStorage,
-        sensors::CAMERA_OUTPUTS,
+        sensors::{CAMERA_OUTPUTS, PlannedSensor},
         sky::{self, WeatherEntry},
     },
     sensors_file::{self, SensorEntry},
@@ -214,7 +214,7 @@ impl Plan {
                 );
             }
         }
-        self.sensor_specs().map(drop)
+        self.planned_sensors().map(drop)
     }
 
     /// Returns the simulated time per frame.
@@ -230,7 +230,7 @@ impl Plan {
     }
 
     /// Returns the sensors, each with its period.
-    pub(crate) fn sensor_specs(&self) -> anyhow::Result<Vec<SensorSpec>> {
+    pub(crate) fn planned_sensors(&self) -> anyhow::Result<Vec<PlannedSensor>> {
         let mut specs = sensors_file::specs(&self.sensors)?;
         let delta_nanos = self.delta_nanos();
         for spec in &mut specs {
@@ -251,7 +251,11 @@ impl Plan {
                 spec.name.as_str()
             );
         }
-        Ok(specs)
+        let of_entry = |(entry, spec): (&SensorEntry, SensorSpec)| PlannedSensor {
+            spec,
+            radar: entry.radar(spec.period_nanos),
+        };
+        Ok(self.sensors.iter().zip(specs).map(of_entry).collect())
     }
 
     /// Returns the scene of an index: maps change fastest, then weathers, then hours.
@@ -298,10 +302,10 @@ mod tests {
                 plan.scene(index).unwrap();
             }
         }
-        assert_eq!(parse(TEMPLATES[1].1).sensor_specs().unwrap().len(), 7, "six cameras, a lidar");
-        assert_eq!(parse(TEMPLATES[2].1).sensor_specs().unwrap()[0].width, 1242);
+        assert_eq!(parse(TEMPLATES[1].1).planned_sensors().unwrap().len(), 12, "nuScenes");
+        assert_eq!(parse(TEMPLATES[2].1).planned_sensors().unwrap()[0].spec.width, 1242);
         assert_eq!(
-            parse(TEMPLATES[3].1).sensor_specs().unwrap().len(),
+            parse(TEMPLATES[3].1).planned_sensors().unwrap().len(),
             10,
             "five cameras, five lidars"
         );

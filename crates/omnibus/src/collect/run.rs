@@ -28,7 +28,7 @@ use crate::collect::{
     plan::Plan,
     progress::Progress,
     road_users::{Cast, RoadUsers},
-    sensors,
+    sensors::{self, PlannedSensor},
     stages::Stages,
     tracks::{TRACKS, Tracks},
 };
@@ -136,6 +136,8 @@ pub(crate) fn collect(
     let still = Settings { pipeline, no_rendering: 1, ..client.wire_settings() };
     client.apply_wire_settings(still)?;
 
+    let specs: Vec<_> = sensors.iter().map(|sensor| sensor.spec).collect();
+    let ego_sensors: Vec<_> = ego_sensor_specs().into_iter().map(PlannedSensor::from).collect();
     let episode = client.instance().episode().map_err(ClientError::from)?;
     let settings = DataSetSettings {
         map: episode.map.clone(),
@@ -157,7 +159,7 @@ pub(crate) fn collect(
         ego_blueprint: plan.ego.blueprint.clone(),
         ego_route: scene.route.clone(),
         images: plan.images,
-        sensors: sensors.iter().chain(&ego_sensor_specs()).map(sensors::describe).collect(),
+        sensors: sensors.iter().chain(&ego_sensors).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
         && let Some((key, recorded, requested)) = difference(&before.settings, &settings)
@@ -175,13 +177,13 @@ pub(crate) fn collect(
         ego_blueprint: &plan.ego.blueprint,
         route: &scene.route,
         traffic: plan.traffic,
-        sensors: &sensors,
+        sensors: &specs,
     };
     let (road_users, spawned) = RoadUsers::assemble(client, &cast)?;
     let ego = road_users.ego();
-    let commands = bundle_commands("collect", ego, &sensors, FRAMES_IN_FLIGHT_MAX as u32);
+    let commands = bundle_commands("collect", ego, &specs, FRAMES_IN_FLIGHT_MAX as u32);
     let outcome = client.try_request("bundle", &commands)?[0];
-    let bundle = client.open_bundle(BundleId(outcome.id()?), &sensors)?;
+    let bundle = client.open_bundle(BundleId(outcome.id()?), &specs)?;
     let receipt =
         outcome.into_entry().outcome.answered::<BundleReceipt>().expect("the bundle was created");
     let physics_sensors = client.create_bundle("ego_sensors", ego, ego_sensor_specs(), 1)?;

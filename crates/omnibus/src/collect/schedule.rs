@@ -90,7 +90,8 @@ mod tests {
             sensors[index].period_nanos = (1e9 / rate_hz).round() as u64;
             settings.sensors[index].period_nanos = Some(sensors[index].period_nanos);
         }
-        let metadata = metadata::of(settings, SpawnedActors::default(), &sensors, 200);
+        let planned: Vec<_> = sensors.iter().map(|spec| (*spec).into()).collect();
+        let metadata = metadata::of(settings, SpawnedActors::default(), &planned, 200);
         let receipt = BundleReceipt::new(3 * DELTA_NANOS, DELTA_NANOS);
         let lines = (44..244).filter_map(|frame| {
             let mut line = line(frame);

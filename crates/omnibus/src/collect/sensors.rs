@@ -2,11 +2,12 @@
 
 use std::f32::consts::FRAC_PI_2;
 
+use client_lib::Radar;
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use protocol::{Pose, SensorSpec, output, sensor};
 
 use crate::collect::{
-    format::{Camera, Lidar, Output, Sensor, matrix4, shortest_decimal},
+    format::{self, Camera, Lidar, Output, Sensor, matrix4, shortest_decimal},
     image_storage::ImageFormat,
 };
 
@@ -33,6 +34,20 @@ pub(crate) fn default_sensors(width_px: u32, height_px: u32) -> Vec<SensorSpec> 
         ),
         client_lib::wire::lidar("lidar", roof, 32, 1800, [degrees(-30.0), degrees(10.0)], 100.0),
     ]
+}
+
+/// A sensor on the ego: what the renderer measures, and what is made of that.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct PlannedSensor {
+    pub(crate) spec: SensorSpec,
+    /// What a radar detects with its rays; `None` for other sensors.
+    pub(crate) radar: Option<Radar>,
+}
+
+impl From<SensorSpec> for PlannedSensor {
+    fn from(spec: SensorSpec) -> PlannedSensor {
+        PlannedSensor { spec, radar: None }
+    }
 }
 
 /// A pinhole: optical space is x right, y down, z forward.
@@ -64,7 +79,8 @@ pub(crate) fn sensor_from_optical() -> Affine3A {
 }
 
 /// Returns a sensor's entry in `metadata.json`.
-pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
+pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
+    let PlannedSensor { spec, radar } = sensor;
     let vehicle_from_sensor = spec.parent_from_sensor.affine();
     let is_camera = spec.kind == sensor::CAMERA;
     let camera = is_camera.then(|| {
@@ -81,7 +97,17 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
             vehicle_from_optical: matrix4(&(vehicle_from_sensor * sensor_from_optical())),
         }
     });
-    let lidar = (spec.kind == sensor::LIDAR).then(|| Lidar {
+    let is_lidar = spec.kind == sensor::LIDAR && radar.is_none();
+    let radar = radar.map(|radar| {
+        let [horizontal_fov_rad, vertical_fov_rad] = radar.fov_rad.map(shortest_decimal);
+        format::Radar {
+            horizontal_fov_rad,
+            vertical_fov_rad,
+            range_m: shortest_decimal(radar.range_m),
+            points: radar.points as u64,
+        }
+    });
+    let lidar = is_lidar.then(|| Lidar {
         channels: spec.height,
         columns: spec.width,
         upper_elevation_rad: shortest_decimal(spec.upper_rad),
@@ -91,11 +117,12 @@ pub(crate) fn describe(spec: &SensorSpec) -> Sensor {
     });
     Sensor {
         name: spec.name.to_string(),
-        kind: kind_name(spec.kind).to_owned(),
+        kind: if radar.is_some() { "radar" } else { kind_name(spec.kind) }.to_owned(),
         vehicle_from_sensor: matrix4(&vehicle_from_sensor),
         period_nanos: Some(spec.period_nanos).filter(|nanos| *nanos > 0),
         camera,
         lidar,
+        radar,
     }
 }
 
@@ -118,7 +145,7 @@ fn kind_name(kind: u32) -> &'static str {
 pub(crate) enum Task {
     /// An image of one output of one camera.
     Image { sensor: usize, output: u32, folder: String },
-    /// The returns of one lidar, with the id and tag of each.
+    /// The returns of one lidar or the detections of one radar, with the id and tag of each.
     Points { sensor: usize, points: String, labels: String },
     /// The boxes of what the sensors saw.
     Boxes,
@@ -133,11 +160,12 @@ pub(crate) const BOXES: &str = "boxes";
 pub(crate) const LANES: &str = "lanes";
 
 /// Returns everything to write for every frame, the slowest first.
-pub(crate) fn tasks(sensors: &[SensorSpec]) -> Vec<Task> {
+pub(crate) fn tasks(sensors: &[PlannedSensor]) -> Vec<Task> {
     let mut tasks = Vec::new();
-    for (index, spec) in sensors.iter().enumerate() {
+    for (index, PlannedSensor { spec, radar }) in sensors.iter().enumerate() {
         if spec.kind == sensor::LIDAR {
-            let points = format!("{}/points", spec.name);
+            let what = if radar.is_some() { "detections" } else { "points" };
+            let points = format!("{}/{what}", spec.name);
             tasks.push(Task::Points {
                 sensor: index,
                 points,
@@ -165,7 +193,7 @@ const IMAGES: [(u32, &str); 4] = [
 ];
 
 /// Returns the contents of each folder of the data set.
-pub(crate) fn outputs(sensors: &[SensorSpec], format: ImageFormat) -> Vec<Output> {
+pub(crate) fn outputs(sensors: &[PlannedSensor], format: ImageFormat) -> Vec<Output> {
     let mut all = Vec::new();
     let mut add = |folder: &str, extension: &str, description: &str| {
         let (folder, extension) = (folder.to_owned(), extension.to_owned());
@@ -177,19 +205,19 @@ pub(crate) fn outputs(sensors: &[SensorSpec], format: ImageFormat) -> Vec<Output
                 let extension = format.extension(output);
                 add(&folder, extension, image_holds(extension, output));
             }
-            Task::Points { points, labels, .. } => {
-                add(
-                    &points,
-                    "bin",
-                    "little-endian f32 x, y, z in metres in sensor space and intensity 0 to 1, for \
+            Task::Points { sensor, points, labels } => {
+                let of_radar = "little-endian f32 range rate in metres per second, azimuth (positive to \
+                     the left) and altitude (positive upwards) in radians in sensor space, and \
+                     distance in metres, for each random direction in which the radar met something";
+                let of_lidar = "little-endian f32 x, y, z in metres in sensor space and intensity 0 to 1, for \
                      each ray that met something, column by column from straight behind over \
-                     the right, ahead and the left, the highest channel first",
-                );
+                     the right, ahead and the left, the highest channel first";
+                let is_radar = sensors[sensor].radar.is_some();
+                add(&points, "bin", if is_radar { of_radar } else { of_lidar });
                 add(
                     &labels,
                     "bin",
-                    "little-endian u32 id and u32 tag, for each point of the points file, in its \
-                     order",
+                    "little-endian u32 id and u32 tag, for each point of the other file, in its order",
                 );
             }
             Task::Boxes => add(
@@ -254,7 +282,7 @@ mod tests {
     #[test]
     fn the_written_matrices_agree_with_the_pinhole() {
         let spec = &default_sensors(640, 480)[0];
-        let camera = describe(spec).camera.unwrap();
+        let camera = describe(&(*spec).into()).camera.unwrap();
         let pinhole = Pinhole::of(spec);
         assert!((camera.intrinsics_px[0][0] - f64::from(pinhole.focal_px)).abs() < 1e-3);
         assert_eq!(
@@ -267,7 +295,8 @@ mod tests {
 
     #[test]
     fn every_output_of_the_sensors_has_its_folder() {
-        let outputs = outputs(&default_sensors(800, 600), ImageFormat::Png);
+        let sensors: Vec<_> = default_sensors(800, 600).into_iter().map(Into::into).collect();
+        let outputs = outputs(&sensors, ImageFormat::Png);
         let folders: Vec<_> = outputs.iter().map(|o| o.folder.as_str()).collect();
         assert_eq!(
             folders,

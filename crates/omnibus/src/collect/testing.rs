@@ -54,7 +54,10 @@ pub(crate) fn settings() -> DataSetSettings {
         ego_blueprint: "vehicle.tesla.model3".to_owned(),
         ego_route: Vec::new(),
         images: ImageStorage::default(),
-        sensors: sensors::default_sensors(800, 600).iter().map(sensors::describe).collect(),
+        sensors: sensors::default_sensors(800, 600)
+            .into_iter()
+            .map(|spec| sensors::describe(&spec.into()))
+            .collect(),
     }
 }
 

@@ -383,9 +383,18 @@ impl FrameCheck<'_> {
     fn check_boxes(&mut self, boxes: &Boxes, files: &BTreeMap<&str, Vec<u8>>) {
         let frame = self.line.frame;
         let (metadata, ego) = (self.metadata, self.line.ego.actor_id);
-        let actors = boxes.actors.iter().map(|one| (one.actor_id, &one.cameras, &one.lidar_points));
-        let objects =
-            boxes.objects.iter().map(|one| (one.object_id, &one.cameras, &one.lidar_points));
+        let points = |lidar: &BTreeMap<String, u32>, radar: &BTreeMap<String, u32>| {
+            let all = lidar.iter().chain(radar);
+            all.map(|(name, count)| (name.clone(), *count)).collect::<BTreeMap<_, _>>()
+        };
+        let actors = boxes
+            .actors
+            .iter()
+            .map(|one| (one.actor_id, &one.cameras, points(&one.lidar_points, &one.radar_points)));
+        let objects = boxes
+            .objects
+            .iter()
+            .map(|one| (one.object_id, &one.cameras, points(&one.lidar_points, &one.radar_points)));
         let listed: Vec<_> = actors.chain(objects).collect();
         for sensor in &metadata.settings.sensors {
             let name = &sensor.name;

@@ -15,6 +15,7 @@ use crate::{
         geometry::{affine, affine_of_rows, intrinsics_of_centres, parts},
         images::Images,
         nuscenes_map::{self, Area},
+        nuscenes_radar,
         nuscenes_words::{self as words, token},
         parallel::Threads,
         set::{Frame, Scene, Set},
@@ -194,7 +195,7 @@ fn write_fixed_tables(folder: &Path, scenes: &[Mounted]) -> anyhow::Result<()> {
     for mounted in scenes {
         for channel in &mounted.channels {
             let sensor_token = token(&["sensor", &channel.name]);
-            let modality = if channel.sensor.camera.is_some() { "camera" } else { "lidar" };
+            let modality = &channel.sensor.kind;
             let row =
                 json!({ "token": sensor_token, "channel": channel.name, "modality": modality });
             sensors.insert(channel.name.clone(), row);
@@ -294,6 +295,9 @@ impl<'a> Mounted<'a> {
             let name = if number == 0 { "LIDAR_TOP".to_owned() } else { own };
             channels.push(Channel::of(scene, name, sensor));
         }
+        for sensor in scene.radars() {
+            channels.push(Channel::of(scene, words::own_channel("RADAR", sensor), sensor));
+        }
         let ego_from_vehicle = DAffine3::from_translation(DVec3::X * 0.5 * wheelbase_m);
         let mut samples = Vec::new();
         for index in 0..scene.frames() {
@@ -324,6 +328,10 @@ impl<'a> Mounted<'a> {
                 affine_of_rows(&camera.vehicle_from_optical),
                 json!(intrinsics_of_centres(&camera.intrinsics_px)),
             ),
+            // Their radar has x ahead and y to the left.
+            None if sensor.radar.is_some() => {
+                (affine_of_rows(&sensor.vehicle_from_sensor), json!([]))
+            }
             None => {
                 // Their lidar has x to the right and y ahead.
                 let from_theirs = DMat3::from_cols(DVec3::NEG_Y, DVec3::X, DVec3::Z);
@@ -429,7 +437,7 @@ impl<'a> Mounted<'a> {
                 "prev": "",
                 "next": "",
                 "num_lidar_pts": points,
-                "num_radar_pts": 0,
+                "num_radar_pts": actor.radar_points.values().sum::<u32>(),
             });
             Some(Annotation { actor: actor.actor_id, category_token, token: token_of_row, row })
         };
@@ -475,7 +483,13 @@ fn write_file(
             fs::write(&path, file).with_context(|| path.display().to_string())?;
             Ok(Stored { name, format: "pcd", size: [0, 0] })
         }
-        (None, None) => unreachable!("channels are cameras and lidars"),
+        (None, None) => {
+            let name = format!("{stem}.pcd");
+            let path = root.join(&name);
+            let file = nuscenes_radar::file(frame, sensor)?;
+            fs::write(&path, file).with_context(|| path.display().to_string())?;
+            Ok(Stored { name, format: "pcd", size: [0, 0] })
+        }
     }
 }
 

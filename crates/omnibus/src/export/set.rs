@@ -166,6 +166,11 @@ impl Scene {
         self.folder.root().join("map.xodr")
     }
 
+    /// Returns the radars in the order of the sensors.
+    pub(crate) fn radars(&self) -> impl Iterator<Item = &Sensor> {
+        self.metadata.settings.sensors.iter().filter(|sensor| sensor.radar.is_some())
+    }
+
     /// Returns the lidars in the order of the sensors.
     pub(crate) fn lidars(&self) -> impl Iterator<Item = (&Sensor, &Lidar)> {
         self.metadata.settings.sensors.iter().filter_map(|s| Some((s, s.lidar.as_ref()?)))
@@ -173,6 +178,11 @@ impl Scene {
 }
 
 impl<'a> Frame<'a> {
+    /// Returns the radars that measured in this frame.
+    pub(crate) fn radars(&self) -> impl Iterator<Item = &'a Sensor> {
+        self.scene.radars().filter(|sensor| self.line.measures(&sensor.name))
+    }
+
     /// Returns the cameras with colour images that measured in this frame.
     pub(crate) fn cameras(&self) -> impl Iterator<Item = (&'a Sensor, &'a Camera)> {
         self.scene.cameras().filter(|(sensor, _)| self.line.measures(&sensor.name))
@@ -238,6 +248,7 @@ impl<'a> Frame<'a> {
             velocity_mps: [0.0; 3],
             traffic_light_state: None,
             lidar_points: object.lidar_points,
+            radar_points: object.radar_points,
             cameras: object.cameras,
         }));
         Ok(actors)
@@ -248,9 +259,14 @@ impl<'a> Frame<'a> {
         self.returns(sensor, "points", 16)
     }
 
-    /// Reads the id and the tag of each return of a lidar, as little-endian u32.
+    /// Reads the id and the tag of each return of a lidar or detection of a radar, as little-endian u32.
     pub(crate) fn labels(&self, sensor: &Sensor) -> Result<Vec<u8>, CollectError> {
         self.returns(sensor, "labels", 8)
+    }
+
+    /// Reads the detections of a radar: range rate, azimuth, altitude and distance, as little-endian f32.
+    pub(crate) fn detections(&self, sensor: &Sensor) -> Result<Vec<u8>, CollectError> {
+        self.returns(sensor, "detections", 16)
     }
 
     fn returns(&self, sensor: &Sensor, what: &str, size: u64) -> Result<Vec<u8>, CollectError> {

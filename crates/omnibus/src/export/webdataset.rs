@@ -73,6 +73,12 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
         put(&format!("{name}.points.npy"), &[&array("<f4", points.len() / 16, 4), &points])?;
         put(&format!("{name}.labels.npy"), &[&array("<u4", labels.len() / 8, 2), &labels])?;
     }
+    for sensor in frame.radars() {
+        let name = &sensor.name;
+        let (found, labels) = (frame.detections(sensor)?, frame.labels(sensor)?);
+        put(&format!("{name}.detections.npy"), &[&array("<f4", found.len() / 16, 4), &found])?;
+        put(&format!("{name}.labels.npy"), &[&array("<u4", labels.len() / 8, 2), &labels])?;
+    }
     let sensors = serde_json::to_vec(&frame.scene.metadata.settings.sensors)?;
     put("boxes.json", &[&frame.bytes("boxes", "json")?])?;
     put("frame.json", &[&frame.text])?;
