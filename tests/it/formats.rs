@@ -55,6 +55,15 @@ fn python() -> Result<PathBuf, String> {
     FOUND.get_or_init(|| environment("omnibus-it-formats-2", PACKAGES, check)).clone()
 }
 
+/// LeRobot reads its data sets with `datasets`; the package itself wants PyTorch and Python 3.12.
+/// About 420 MB when installed, most of it Arrow and pandas.
+fn lerobot_python() -> Result<PathBuf, String> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let packages = ["datasets>=4.8,<5", "pandas>=2,<3", "pillow"];
+    let check = "import PIL, datasets, pandas";
+    FOUND.get_or_init(|| environment("omnibus-it-lerobot", &packages, check)).clone()
+}
+
 /// A folder with two small scenes of different towns.
 fn scenes() -> &'static Path {
     static SCENES: OnceLock<PathBuf> = OnceLock::new();
@@ -88,7 +97,7 @@ fn exported(format: &str, out: &Path, more: &[&str]) {
 
 /// Exports the scenes and runs the program that checks the result.
 fn check(test: &str, format: &str, more: &[&str]) {
-    let python = match python() {
+    let python = match if format == "lerobot" { lerobot_python() } else { python() } {
         Ok(python) => python,
         Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
     };
@@ -180,7 +189,12 @@ fn images_of_every_format_hold_the_same_and_are_exported_as_the_same() {
     assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
 }
 
-const FORMATS: [&str; 6] = ["coco", "kitti", "mcap", "nuscenes", "webdataset", "yolo"];
+#[test]
+fn lerobot_s_reader_finds_states_controls_and_images() {
+    check("lerobot_s_reader_finds_states_controls_and_images", "lerobot", &[]);
+}
+
+const FORMATS: [&str; 7] = ["coco", "kitti", "lerobot", "mcap", "nuscenes", "webdataset", "yolo"];
 
 /// The files below a folder, by their path in it.
 fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
@@ -236,8 +250,9 @@ fn an_export_that_fails_names_the_file_and_leaves_nothing() {
         let output = export(&broken, format, &out, &[]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{format}: {said}");
-        // The first fault in the order of the frames; WebDataset takes boxes as they are.
-        let at_fault = if format == "webdataset" { &missing } else { &names[3] };
+        // The first fault in the order of the frames; WebDataset takes boxes as they are, LeRobot none.
+        let takes_boxes = !["webdataset", "lerobot"].contains(&format);
+        let at_fault = if takes_boxes { &names[3] } else { &missing };
         let name = at_fault.file_name().unwrap().to_str().unwrap();
         let name = name.trim_end_matches(".json");
         assert!(said.contains(name) && !said.contains("panicked"), "{format}: {said}");
@@ -274,6 +289,49 @@ fn a_collection_is_written_in_another_format_as_an_export_writes_it() {
         assert!(files(&out) == files(&set.join(format)), "{format}");
         assert!(files(&out).len() > 4, "{:?}", files(&out).keys());
     }
+}
+
+#[test]
+fn episodes_of_lerobot_share_rate_and_cameras() {
+    let folder = Scratch::new();
+    let copy = folder.path().join("scenes");
+    for path in ["scene-a", "scene-b"]
+        .iter()
+        .flat_map(|scene| ["metadata.json", "frames.jsonl"].map(|name| Path::new(scene).join(name)))
+    {
+        fs::create_dir_all(copy.join(&path).parent().unwrap()).unwrap();
+        fs::copy(scenes().join(&path), copy.join(path)).unwrap();
+    }
+    let metadata = copy.join("scene-b/metadata.json");
+    let text = fs::read_to_string(&metadata).unwrap();
+    for (from, to, expected) in [
+        (
+            "\"every_frames\": 5",
+            "\"every_frames\": 4",
+            "scene-b has 5 frames a second, scene-a has 4",
+        ),
+        (
+            "\"width_px\": 320",
+            "\"width_px\": 321",
+            "scene-b has the cameras [(\"front\", 321, 240)]",
+        ),
+    ] {
+        assert!(text.contains(from), "{text}");
+        fs::write(&metadata, text.replace(from, to)).unwrap();
+        let output = export(&copy, "lerobot", &folder.path().join("out"), &[]);
+        let said = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(!output.status.success() && said.contains(expected), "{said}");
+    }
+    // A frame is missing.
+    fs::write(&metadata, text).unwrap();
+    let lines = copy.join("scene-a/frames.jsonl");
+    let text = fs::read_to_string(&lines).unwrap();
+    let kept: Vec<_> = text.lines().enumerate().filter(|(index, _)| *index != 2).collect();
+    let kept: String = kept.iter().map(|(_, line)| format!("{line}\n")).collect();
+    fs::write(&lines, kept).unwrap();
+    let output = export(&copy, "lerobot", &folder.path().join("out"), &[]);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(!output.status.success() && said.contains("is a frame missing?"), "{said}");
 }
 
 #[test]

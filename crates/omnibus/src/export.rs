@@ -13,6 +13,7 @@ mod foxglove;
 mod geometry;
 mod images;
 mod kitti;
+mod lerobot;
 mod mcap;
 mod nuscenes;
 mod nuscenes_map;
@@ -20,8 +21,10 @@ mod nuscenes_radar;
 mod nuscenes_words;
 mod output;
 mod parallel;
+mod parquet;
 mod set;
 mod split;
+mod statistics;
 mod table;
 mod webdataset;
 mod yolo;
@@ -77,6 +80,8 @@ pub(crate) enum Format {
     Coco,
     /// Object detection with one camera and one lidar
     Kitti,
+    /// Episodes of images, states and controls in Parquet
+    Lerobot,
     /// Foxglove's messages of all sensors in their order of time
     Mcap,
     /// Every camera and lidar in related tables
@@ -125,6 +130,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     match args.format {
         Format::Coco => coco::write(&set, root, &images, &split, threads)?,
         Format::Kitti => kitti::write(&set, root, &images, &split, threads)?,
+        Format::Lerobot => lerobot::write(&set, root, &images, threads)?,
         Format::Mcap => mcap::write(&set, root, &images, threads)?,
         Format::Nuscenes => nuscenes::write(&set, root, &images, threads)?,
         Format::Yolo => yolo::write(&set, root, &images, &split, threads)?,
