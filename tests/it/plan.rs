@@ -1,7 +1,7 @@
 //! Collections of several scenes: a scene follows from its plan and its index, whatever happens meanwhile.
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, BTreeSet},
     fs,
     path::{Path, PathBuf},
     process::{Child, Stdio},
@@ -522,4 +522,71 @@ fn sensors_measure_at_their_rates_and_every_reader_takes_frames_without_some_of_
         error.contains("\"front\": rate_hz is 30") && error.contains("but 20.000 frames"),
         "{error}"
     );
+}
+
+/// The sensors of a plan with one camera that writes instances alone.
+const INSTANCES: &str = "
+[[sensor]]
+name = \"front\"
+kind = \"camera\"
+position_m = [1.5, 0.0, 2.0]
+width_px = 400
+height_px = 300
+outputs = [\"instance\"]
+";
+
+#[test]
+fn road_users_that_replace_others_do_not_appear_in_the_images() {
+    let scratch = Scratch::new();
+    let (plan, set) = (scratch.path().join("plan.toml"), scratch.path().join("set"));
+    fs::write(&plan, format!("frames = 240\n{INSTANCES}")).unwrap();
+    finish(collect(&plan, &set, &["--scene", "0"]));
+    let mut seen = BTreeSet::new();
+    // They are replaced after every twentieth frame.
+    let (mut at_once, mut later) = (0, 0);
+    for (index, line) in lines(&set).iter().enumerate() {
+        let frame = line["frame"].as_u64().unwrap();
+        let text = fs::read(set.join(format!("boxes/{frame:06}.json"))).unwrap();
+        let boxes: Value = serde_json::from_slice(&text).unwrap();
+        for actor in boxes["actors"].as_array().unwrap() {
+            let edge =
+                |at: usize| actor["cameras"]["front"]["visible_box_px"][at].as_u64().unwrap();
+            let is_new = seen.insert(actor["actor_id"].as_u64().unwrap());
+            if is_new && index > 0 && edge(3) - edge(1) >= 6 {
+                *if frame % 20 == 1 { &mut at_once } else { &mut later } += 1;
+            }
+        }
+    }
+    assert!(at_once <= 1 && later >= 5, "{at_once} at once, {later} later");
+}
+
+#[test]
+fn densities_decide_how_many_road_users_are_near() {
+    let scratch = Scratch::new();
+    let plan = scratch.path().join("plan.toml");
+    let place = |per_km: [f32; 2]| {
+        let set = scratch.path().join(format!("set-{}-{}", per_km[0], per_km[1]));
+        let traffic = format!(
+            "[traffic]\nvehicles = 0\nvehicles_per_km = {:.1}\nwalkers_per_km = {:.1}\nin_view = 0.0\n",
+            per_km[0], per_km[1]
+        );
+        fs::write(&plan, format!("frames = 1\nwarmup = 5\n{traffic}{INSTANCES}")).unwrap();
+        finish(collect(&plan, &set, &["--scene", "0"]));
+        let read = |name: &str| -> Value {
+            serde_json::from_slice(&fs::read(set.join(name)).unwrap()).unwrap()
+        };
+        let metadata = read("metadata.json");
+        assert_eq!(metadata["settings"]["vehicles_per_km"], f64::from(per_km[0]));
+        let vehicles = metadata["spawned_actors"]["vehicles_spawned"].as_u64().unwrap();
+        let tracks = read("tracks.json");
+        let actors = tracks["actors"].as_object().unwrap().values();
+        (vehicles, actors.filter(|track| track["tag_name"] == "Pedestrian").count())
+    };
+    let (none, no_walkers) = place([0.0, 0.0]);
+    let (some, few) = place([20.0, 20.0]);
+    let (twice, many) = place([40.0, 200.0]);
+    assert_eq!((none, no_walkers), (0, 0));
+    // Within 120 m are 0.3 to 2 km of lanes.
+    assert!((6..=40).contains(&some) && twice.abs_diff(2 * some) <= 1, "{some} {twice}");
+    assert!(many > few + 3, "{few} {many}");
 }

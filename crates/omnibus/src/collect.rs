@@ -42,6 +42,7 @@ mod run;
 mod scenes;
 mod schedule;
 mod sensors;
+mod sight;
 mod silhouette;
 mod sky;
 mod stages;

@@ -75,6 +75,12 @@ pub(crate) struct DataSetSettings {
     pub(crate) vehicles_requested: u32,
     /// Of these, vehicles near the ego at the start.
     pub(crate) vehicles_near: u32,
+    /// Instead: vehicles per kilometre of driving lane near the ego.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) vehicles_per_km: Option<f32>,
+    /// Instead: pedestrians per kilometre of sidewalk near the ego.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) walkers_per_km: Option<f32>,
     /// Pedestrians requested on the sidewalks around the ego.
     pub(crate) walkers_requested: u32,
     /// What is near the ego; half of it for pedestrians.

@@ -70,11 +70,17 @@ pub(crate) struct TrafficEntry {
     pub(crate) vehicles: u32,
     /// Of these, vehicles within `radius_m` of the ego. What falls behind is replaced ahead.
     pub(crate) vehicles_near: u32,
+    /// Instead of `vehicles_near`: vehicles per kilometre of driving lane within `radius_m`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) vehicles_per_km: Option<f32>,
     /// Pedestrians on the sidewalks within half of `radius_m`, replaced likewise.
     pub(crate) walkers: u32,
+    /// Instead of `walkers`: pedestrians per kilometre of sidewalk within half of `radius_m`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) walkers_per_km: Option<f32>,
     pub(crate) radius_m: f32,
     /// Road users of at least 25 pixels of height that the cameras have in view, on average; while there
-    /// are fewer, more are added near the ego, up to three times the numbers above. 0: any number.
+    /// are fewer, more of the vehicles come near the ego. 0: any number.
     pub(crate) in_view: f32,
 }
 
@@ -108,7 +114,15 @@ impl Default for EgoEntry {
 
 impl Default for TrafficEntry {
     fn default() -> TrafficEntry {
-        TrafficEntry { vehicles: 50, vehicles_near: 25, walkers: 30, radius_m: 120.0, in_view: 4.0 }
+        TrafficEntry {
+            vehicles: 50,
+            vehicles_near: 25,
+            vehicles_per_km: None,
+            walkers: 30,
+            walkers_per_km: None,
+            radius_m: 120.0,
+            in_view: 4.0,
+        }
     }
 }
 
@@ -173,7 +187,13 @@ impl Plan {
             self.hours.is_empty() || self.sun_altitudes_deg.is_empty(),
             "hours and sun_altitudes_deg both move the sun; use one of them"
         );
-        let TrafficEntry { radius_m, in_view, .. } = self.traffic;
+        let TrafficEntry { radius_m, in_view, vehicles_per_km, walkers_per_km, .. } = self.traffic;
+        for (what, density) in
+            [("vehicles_per_km", vehicles_per_km), ("walkers_per_km", walkers_per_km)]
+        {
+            let density = density.unwrap_or(0.0);
+            ensure!((0.0..=500.0).contains(&density), "traffic.{what} is {density}; use 0 to 500");
+        }
         ensure!(
             (20.0..=1000.0).contains(&radius_m),
             "traffic.radius_m is {radius_m}; use 20 to 1000"

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 
 use client_lib::Client;
-use glam::{DVec3, Vec3, Vec3A};
+use glam::{DVec3, Quat, Vec3};
 use mesh::RandomStream;
 use protocol::{
     ActorId, ActorState, Command, Name, Pose, RouteCommand, RouteStep, SensorSpec, SetVelocity,
-    Spawn, flag, kind, sensor, status,
+    Spawn, flag, kind, status,
 };
-use road::{LaneType, LaneTypes, Network};
+use road::{LanePoint, LaneType, LaneTypes, Network};
 
 use crate::collect::{
     CollectError,
@@ -18,7 +18,7 @@ use crate::collect::{
     events::Crossing,
     format::SpawnedActors,
     plan::TrafficEntry,
-    sensors::{Pinhole, sensor_from_optical},
+    sight::{Sight, Target},
 };
 
 /// Frames between two corrections of the direction of walking.
@@ -41,6 +41,19 @@ const ROOM_M: f32 = 12.0;
 const CROSSING_FROM_M: f32 = 6.0;
 /// Height in the image from which a road user counts as in view.
 const IN_VIEW_PX: f32 = 25.0;
+/// Frames between two counts of the road users in view.
+const COUNT_FRAMES: u64 = 5;
+/// Height in the image below which a road user may appear and disappear in view.
+const UNSEEN_PX: f32 = 6.0;
+/// How far beyond the edges of an image it may not, as a fraction of the image's size: it moves until the
+/// next frame that is kept.
+const MARGIN: f32 = 0.1;
+/// Half the size of what may appear at a place: a van, and a pedestrian with the steps that it may take at
+/// once.
+const NEW_VEHICLE_M: Vec3 = Vec3::new(2.6, 1.1, 1.1);
+const NEW_WALKER_M: Vec3 = Vec3::new(1.5, 0.3, 0.95);
+/// Distance between the points by which lanes are measured.
+const LANE_STEP_M: f64 = 10.0;
 
 /// What [`RoadUsers::assemble`] places.
 pub(crate) struct Cast<'a> {
@@ -65,12 +78,13 @@ pub(crate) struct RoadUsers {
     sidewalks: Vec<Pose>,
     vehicles: Vec<ActorId>,
     walking: Vec<Walking>,
-    /// How many vehicles are to be near the ego.
-    near: u32,
-    /// The cameras on the ego.
-    cameras: Vec<(Pinhole, Pose)>,
-    /// Road users in view, summed over the frames since the last replacement.
-    in_view: f32,
+    /// Points on driving lanes, [`LANE_STEP_M`] apart.
+    lanes: Vec<Vec3>,
+    /// How many more vehicles are to be near the ego than the plan has there.
+    more: u32,
+    sight: Sight,
+    /// Counts of the road users in view since the last replacement.
+    in_view: Vec<u32>,
 }
 
 struct Walking {
@@ -99,9 +113,8 @@ impl RoadUsers {
         let mut order = shuffled(places.clone(), cast.seed);
         let (ego, ego_pose, mut spawned) = spawn_ego(client, cast, &network, &mut order)?;
         let sidewalks = sidewalks(&network);
-        let is_camera = |spec: &&SensorSpec| spec.kind == sensor::CAMERA;
-        let cameras = cast.sensors.iter().filter(is_camera);
         let mut users = RoadUsers {
+            lanes: lanes(&network),
             network,
             ego,
             traffic: cast.traffic,
@@ -110,23 +123,25 @@ impl RoadUsers {
             sidewalks,
             vehicles: Vec::new(),
             walking: Vec::new(),
-            near: cast.traffic.vehicles_near.min(cast.traffic.vehicles),
-            cameras: cameras.map(|spec| (Pinhole::of(spec), spec.parent_from_sensor)).collect(),
-            in_view: 0.0,
+            more: 0,
+            sight: Sight::new(cast.sensors),
+            in_view: Vec::new(),
         };
         // The last place of the order comes first.
         let radius_m = users.traffic.radius_m;
         let is_near = |place: &Pose| place.position().distance(ego_pose.position()) < radius_m;
         let (mut near, mut far): (Vec<_>, Vec<_>) = order.into_iter().partition(is_near);
-        let total = cast.traffic.vehicles;
-        spawned.spawns_refused += users.fill(client, &mut near, users.near)?;
+        let wanted_near = users.wanted_near(ego_pose.position());
+        let total = cast.traffic.vehicles.max(wanted_near);
+        spawned.spawns_refused += users.fill(client, &mut near, wanted_near)?;
         spawned.spawns_refused += users.fill(client, &mut far, total)?;
         spawned.spawns_refused += users.fill(client, &mut near, total)?;
         spawned.vehicles_spawned = users.vehicles.len() as u32;
         let reach_m = users.walkers_reach_m();
         let mut places = users.sidewalks.clone();
         places.retain(|place| place.position().distance(ego_pose.position()) < reach_m);
-        while users.walking.len() < cast.traffic.walkers as usize && !places.is_empty() {
+        let wanted = users.wanted_walkers(ego_pose.position());
+        while users.walking.len() < wanted && !places.is_empty() {
             let place = places.swap_remove(users.random.below(places.len()));
             users.spawn_walker(client, place)?;
         }
@@ -151,9 +166,10 @@ impl RoadUsers {
             sidewalks: Vec::new(),
             vehicles: Vec::new(),
             walking: Vec::new(),
-            near: 0,
-            cameras: Vec::new(),
-            in_view: 0.0,
+            lanes: Vec::new(),
+            more: 0,
+            sight: Sight::new(&[]),
+            in_view: Vec::new(),
         };
         users.fill(client, &mut order, traffic.vehicles)?;
         while users.walking.len() < traffic.walkers as usize && !sidewalks.is_empty() {
@@ -220,6 +236,30 @@ impl RoadUsers {
         self.traffic.radius_m * 0.5
     }
 
+    /// How many vehicles are to be near the ego: the number or the density of the plan, and those that were
+    /// added since because too few were in view.
+    fn wanted_near(&self, ego: Vec3) -> u32 {
+        let TrafficEntry { vehicles, vehicles_near, vehicles_per_km, radius_m, .. } = self.traffic;
+        let planned = match vehicles_per_km {
+            None => vehicles_near.min(vehicles),
+            Some(density) => {
+                let near = self.lanes.iter().filter(|point| point.distance(ego) < radius_m);
+                (density * near.count() as f32 * LANE_STEP_M as f32 * 1e-3).round() as u32
+            }
+        };
+        planned + self.more
+    }
+
+    /// How many pedestrians are to be near the ego.
+    fn wanted_walkers(&self, ego: Vec3) -> usize {
+        let Some(density) = self.traffic.walkers_per_km else {
+            return self.traffic.walkers as usize;
+        };
+        let reach_m = self.walkers_reach_m();
+        let near = self.sidewalks.iter().filter(|place| place.position().distance(ego) < reach_m);
+        (density * near.count() as f32 * SPACING_M as f32 * 1e-3).round() as usize
+    }
+
     /// Prepares the next frame: replaces road users that have fallen behind, and returns the commands that
     /// destroy those and lead the pedestrians.
     pub(crate) fn advance(&mut self, client: &mut Client) -> Result<Vec<Command>, CollectError> {
@@ -242,11 +282,15 @@ impl RoadUsers {
         ego: &ActorState,
     ) -> Result<Vec<Command>, CollectError> {
         let mut commands = Vec::new();
-        self.in_view += self.count_in_view(client.world().states(), ego);
+        if frame.is_multiple_of(COUNT_FRAMES) && self.traffic.in_view > 0.0 {
+            self.in_view.push(self.count_in_view(client, ego)?);
+        }
         if frame.is_multiple_of(REPLACEMENT_FRAMES) {
-            if std::mem::take(&mut self.in_view) < self.traffic.in_view * REPLACEMENT_FRAMES as f32
-            {
-                self.near = (self.near + 1).min(self.traffic.vehicles);
+            let counts = std::mem::take(&mut self.in_view);
+            let wanted = self.traffic.in_view * counts.len() as f32;
+            let near = self.wanted_near(ego.pose.position());
+            if (counts.iter().sum::<u32>() as f32) < wanted && near < self.traffic.vehicles {
+                self.more += 1;
             }
             let states = client.world().states().to_vec();
             commands.extend(self.replace_vehicles(client, &states, ego)?);
@@ -280,16 +324,21 @@ impl RoadUsers {
         far.retain(|actor| distance(actor).is_some_and(|m| m > radius_m));
         far.sort_by(|a, b| distance(a).partial_cmp(&distance(b)).expect("positions are finite"));
         let near = self.vehicles.len() - far.len();
-        let missing = (self.near as usize).saturating_sub(near).min(REPLACED_MAX).min(far.len());
+        let wanted = self.wanted_near(ego.pose.position()) as usize;
+        let missing = wanted.saturating_sub(near).min(REPLACED_MAX);
+        // A density may need more vehicles than there are.
+        let more = wanted.saturating_sub(self.vehicles.len()).min(missing);
+        let unseen = self.unseen(client, &far, ego)?;
+        let missing = missing.min(unseen.len() + more);
         if missing == 0 {
             return Ok(Vec::new());
         }
         let places = self.places_ahead(&self.places, states, ego, radius_m);
         let count = self.vehicles.len();
-        let places = self.choose(places, missing);
+        let places = self.choose(client, ego, places, NEW_VEHICLE_M, missing)?;
         self.spawn_vehicles(client, places)?;
-        let replaced = self.vehicles.len() - count;
-        let gone: Vec<_> = far.into_iter().rev().take(replaced).collect();
+        let replaced = (self.vehicles.len() - count).saturating_sub(more);
+        let gone: Vec<_> = unseen.into_iter().rev().take(replaced).collect();
         self.vehicles.retain(|actor| !gone.contains(actor));
         Ok(gone.into_iter().map(Command::Destroy).collect())
     }
@@ -313,14 +362,22 @@ impl RoadUsers {
         };
         let far: Vec<_> =
             self.walking.iter().filter(|one| is_far(one)).map(|one| one.actor).collect();
+        let wanted = self.wanted_walkers(ego.pose.position());
+        let missing = (wanted + far.len()).saturating_sub(self.walking.len()).min(REPLACED_MAX);
+        let mut unseen = self.unseen(client, &far, ego)?;
         let places = self.places_ahead(&self.sidewalks, &[], ego, reach_m);
-        let mut places = self.choose(places, far.len().min(REPLACED_MAX));
         let mut commands = Vec::new();
-        for actor in far {
-            let Some(place) = places.pop() else { break };
+        for place in self.choose(client, ego, places, NEW_WALKER_M, missing)? {
+            let has_room = self.walking.len() < wanted;
+            if !has_room && unseen.is_empty() {
+                break;
+            }
             let count = self.walking.len();
             self.spawn_walker(client, place)?;
-            if self.walking.len() > count {
+            if self.walking.len() > count
+                && !has_room
+                && let Some(actor) = unseen.pop()
+            {
                 self.walking.retain(|one| one.actor != actor);
                 commands.push(Command::Destroy(actor));
             }
@@ -328,10 +385,44 @@ impl RoadUsers {
         Ok(commands)
     }
 
-    /// Takes up to `count` of the places at random.
-    fn choose(&mut self, mut places: Vec<Pose>, count: usize) -> Vec<Pose> {
-        let count = count.min(places.len());
-        (0..count).map(|_| places.swap_remove(self.random.below(places.len()))).collect()
+    /// Takes up to `count` of the places at random, where no camera shows what appears there.
+    fn choose(
+        &mut self,
+        client: &Client,
+        ego: &ActorState,
+        mut places: Vec<Pose>,
+        half_extents_m: Vec3,
+        count: usize,
+    ) -> Result<Vec<Pose>, CollectError> {
+        let mut chosen = Vec::new();
+        let eyes = self.sight.eyes(client, ego);
+        while chosen.len() < count && !places.is_empty() {
+            let pose = places.swap_remove(self.random.below(places.len()));
+            // Places of both lie above the ground; the box of a pedestrian is centred at its place.
+            let target = Target { actor: None, pose, half_extents_m };
+            if !eyes.see(&target, UNSEEN_PX, MARGIN)? {
+                chosen.push(pose);
+            }
+        }
+        Ok(chosen)
+    }
+
+    /// Returns those of the actors that no camera shows.
+    fn unseen(
+        &self,
+        client: &Client,
+        actors: &[ActorId],
+        ego: &ActorState,
+    ) -> Result<Vec<ActorId>, CollectError> {
+        let eyes = self.sight.eyes(client, ego);
+        let mut unseen = Vec::new();
+        for actor in actors {
+            let Some(target) = client.world().state(*actor).and_then(target_of) else { continue };
+            if !eyes.see(&target, UNSEEN_PX, 0.0)? {
+                unseen.push(*actor);
+            }
+        }
+        Ok(unseen)
     }
 
     /// Places ahead of the ego in the outer part of a circle, with room.
@@ -356,37 +447,21 @@ impl RoadUsers {
         ahead
     }
 
-    /// How many road users are inside an image and at least [`IN_VIEW_PX`] high; what stands before them
-    /// does not count.
-    fn count_in_view(&self, states: &[ActorState], ego: &ActorState) -> f32 {
-        let eyes: Vec<_> = self
-            .cameras
-            .iter()
-            .map(|(camera, vehicle_from_sensor)| {
-                let world_from_sensor = ego.pose.then(vehicle_from_sensor).affine();
-                (camera, (world_from_sensor * sensor_from_optical()).inverse())
-            })
-            .collect();
-        let is_in_view = |state: &&ActorState| {
+    /// How many road users a camera shows at least [`IN_VIEW_PX`] high.
+    fn count_in_view(&self, client: &Client, ego: &ActorState) -> Result<u32, CollectError> {
+        let eyes = self.sight.eyes(client, ego);
+        let mut count = 0;
+        for state in client.world().states() {
             let is_road_user = matches!(state.kind, kind::VEHICLE | kind::WALKER);
-            let Some(blueprint) = town::catalogue().get(state.blueprint as usize) else {
-                return false;
-            };
-            let height_m = 2.0 * blueprint.half_extents_m.z;
-            is_road_user
+            if is_road_user
                 && state.actor_id != self.ego
-                && eyes.iter().any(|(camera, optical_from_world)| {
-                    let at =
-                        optical_from_world.transform_point3a(Vec3A::from(state.pose.position()));
-                    if at.z < 0.5 || camera.focal_px * height_m / at.z < IN_VIEW_PX {
-                        return false;
-                    }
-                    let [u, v] = camera.project(at);
-                    (0.0..camera.width as f32).contains(&u)
-                        && (0.0..camera.height as f32).contains(&v)
-                })
-        };
-        states.iter().filter(is_in_view).count() as f32
+                && let Some(target) = target_of(state)
+                && eyes.see(&target, IN_VIEW_PX, 0.0)?
+            {
+                count += 1;
+            }
+        }
+        Ok(count)
     }
 
     /// Lets a pedestrian cross the road ahead of the ego, from right to left.
@@ -428,6 +503,27 @@ impl RoadUsers {
             angular_velocity_radps: [0.0; 3],
         })
     }
+}
+
+/// Returns the box of an actor.
+fn target_of(state: &ActorState) -> Option<Target> {
+    let blueprint = town::catalogue().get(state.blueprint as usize)?;
+    let centre = Pose::new(blueprint.center_m, Quat::IDENTITY);
+    Some(Target {
+        actor: Some(state.actor_id),
+        pose: state.pose.then(&centre),
+        half_extents_m: blueprint.half_extents_m,
+    })
+}
+
+/// Returns points on the driving lanes outside of junctions, [`LANE_STEP_M`] apart.
+fn lanes(network: &Network) -> Vec<Vec3> {
+    let points = network.waypoints(LANE_STEP_M, LaneTypes::DRIVING).into_iter();
+    let is_outside = |point: &LanePoint| {
+        let road = network.lanes()[point.lane.0 as usize].road;
+        network.roads()[road as usize].junction.is_none()
+    };
+    points.filter(is_outside).map(|point| network.place(point).position.as_vec3()).collect()
 }
 
 /// Spawns the ego: at the start of its route, or at the last of `places` that has room.

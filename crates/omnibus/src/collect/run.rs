@@ -150,6 +150,8 @@ pub(crate) fn collect(
         scene_seed: scene.seed,
         vehicles_requested: plan.traffic.vehicles,
         vehicles_near: plan.traffic.vehicles_near,
+        vehicles_per_km: plan.traffic.vehicles_per_km,
+        walkers_per_km: plan.traffic.walkers_per_km,
         walkers_requested: plan.traffic.walkers,
         traffic_radius_m: plan.traffic.radius_m,
         in_view: plan.traffic.in_view,

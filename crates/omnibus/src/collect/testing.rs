@@ -45,6 +45,8 @@ pub(crate) fn settings() -> DataSetSettings {
         scene_seed: 7,
         vehicles_requested: 50,
         vehicles_near: 25,
+        vehicles_per_km: None,
+        walkers_per_km: None,
         walkers_requested: 30,
         traffic_radius_m: 120.0,
         in_view: 4.0,
