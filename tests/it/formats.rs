@@ -12,9 +12,12 @@ use std::{
     sync::OnceLock,
 };
 
+use client_lib::Profile;
+
 use crate::{
     carla::environment,
-    kit::{Scratch, note_skipped, omnibus},
+    kit::{Scratch, Sim, note_skipped, omnibus},
+    record::Bustle,
 };
 
 /// All that the readers need, without what they need for other purposes: about 390 MB when installed, most of
@@ -194,6 +197,47 @@ fn lerobot_s_reader_finds_states_controls_and_images() {
     check("lerobot_s_reader_finds_states_controls_and_images", "lerobot", &[]);
 }
 
+/// A recording with vehicles that come, go, and collide; where everything is says `omnibus inspect`.
+#[test]
+fn an_exported_recording_has_the_places_and_events_of_the_recording() {
+    let test = "an_exported_recording_has_the_places_and_events_of_the_recording";
+    let python = match python() {
+        Ok(python) => python,
+        Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
+    };
+    let folder = Scratch::new();
+    let path = |name: &str| folder.path().join(name);
+    let recorded = path("busy.mcap");
+    let sim = Sim::start(&["--seed", "3"]);
+    let mut client = sim.ticker();
+    let mut bustle = Bustle::new(&mut client);
+    client.start_recorder(recorded.to_str().unwrap(), Profile::State).unwrap();
+    for _ in 0..60 {
+        bustle.act(&mut client);
+        client.tick().unwrap();
+    }
+    client.stop_recorder().unwrap();
+    drop(client);
+    sim.end();
+    let told = |args: &[&str]| {
+        let output = omnibus().args(args).output().unwrap();
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{args:?}: {said}");
+        output.stdout
+    };
+    let [recorded, out] = [&recorded, &path("out")].map(|path| path.to_str().unwrap().to_owned());
+    let said = told(&["export", &recorded, "--format", "mcap", "--out", &out]);
+    assert!(String::from_utf8(said).unwrap().starts_with("60 frames of 1 recording in"));
+    fs::write(path("places"), told(&["inspect", &recorded, "--info", "--all"])).unwrap();
+    let collisions = ["inspect", &recorded, "--collisions", "a,a", "--json"];
+    fs::write(path("collisions"), told(&collisions)).unwrap();
+    let script = format!("{}/python/formats/check_recording.py", env!("CARGO_MANIFEST_DIR"));
+    let files = ["out/busy.mcap", "places", "collisions"].map(path);
+    let ended = Command::new(python).arg(script).args(files).output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.success(), "{}\n{said}", ended.status);
+}
+
 const FORMATS: [&str; 7] = ["coco", "kitti", "lerobot", "mcap", "nuscenes", "webdataset", "yolo"];
 
 /// The files below a folder, by their path in it.
@@ -351,6 +395,13 @@ fn an_export_refuses_what_it_cannot_do() {
     assert!(said.contains("exists; choose another --out"), "{said}");
     let said = refusal(scenes(), &out, &["--validation", "1"]);
     assert!(said.contains("--validation is 1"), "{said}");
+    let plan = folder.path().join("some.mcap");
+    fs::write(&plan, "no recording").unwrap();
+    let said = refusal(&plan, &out, &[]);
+    assert!(said.contains("is no folder; a recording has no images"), "{said}");
+    let output = export(&plan, "mcap", &out, &[]);
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(!output.status.success() && said.contains("some.mcap"), "{said}");
     // What a killed export left makes room; what is not of an export does not.
     let partial = folder.path().join("out.partial");
     fs::create_dir(&partial).unwrap();

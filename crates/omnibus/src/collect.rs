@@ -28,7 +28,7 @@ mod frame_list;
 mod image_storage;
 mod inspect;
 mod job;
-mod map_lines;
+pub(crate) mod map_lines;
 mod metadata;
 pub(crate) mod npy;
 mod objects;

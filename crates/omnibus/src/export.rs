@@ -4,6 +4,8 @@
 //! DIR... ──▶ Set ──▶ frames, on all threads ──▶ OUT.partial ──▶ OUT
 //! ```
 //!
+//! Recordings become MCAP files, one each (`recording.rs`).
+//!
 //! A frame is read when it is converted; only the positions of the frames are in memory. The result
 //! has its name when it is complete.
 
@@ -14,7 +16,9 @@ mod geometry;
 mod images;
 mod kitti;
 mod lerobot;
+mod map_scene;
 mod mcap;
+mod mcap_file;
 mod nuscenes;
 mod nuscenes_map;
 mod nuscenes_radar;
@@ -22,7 +26,9 @@ mod nuscenes_words;
 mod output;
 mod parallel;
 mod parquet;
+mod recording;
 mod set;
+mod shapes;
 mod split;
 mod statistics;
 mod table;
@@ -31,7 +37,7 @@ mod yolo;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::ensure;
+use anyhow::{bail, ensure};
 use clap::ValueEnum;
 
 use images::Images;
@@ -50,7 +56,7 @@ const SHARD_SAMPLES: usize = 1000;
 #[derive(Clone, Debug, clap::Args)]
 pub(crate) struct ExportArgs {
     /// Data sets of `omnibus collect`, or folders with data sets in scene-*; each is a scene of the
-    /// result
+    /// result. mcap: also recordings
     #[arg(required = true, value_name = "DIR")]
     dirs: Vec<PathBuf>,
     /// The format to write
@@ -121,6 +127,12 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
         "--validation is {fraction}; use 0 (no validation) to less than 1"
     );
     ensure!(args.shard_samples > 0, "--shard-samples is 0, must be at least 1");
+    // The name of a recording need not be a path.
+    let is_recording =
+        |dir: &PathBuf| dir.is_file() || args.format == Format::Mcap && !dir.is_dir();
+    if args.dirs.iter().any(is_recording) {
+        return export_recordings(args);
+    }
     let set = Set::open(&args.dirs)?;
     let output = Output::create(&args.out)?;
     let root = output.root();
@@ -140,4 +152,23 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
     let (frames, scenes) = (set.frames(), set.scenes().len());
     let out = args.out.display();
     Ok(format!("{frames} frames of {scenes} scene{} in {out}", if scenes == 1 { "" } else { "s" }))
+}
+
+/// Writes the recordings that the arguments name, and returns what was written, as a sentence.
+fn export_recordings(args: &ExportArgs) -> anyhow::Result<String> {
+    let folder = args.dirs.iter().find(|dir| dir.is_dir());
+    if let Some(folder) = folder {
+        bail!("{} is a folder, others are none; export them apart", folder.display());
+    }
+    ensure!(
+        args.format == Format::Mcap,
+        "{} is no folder; a recording has no images, and is exported with --format mcap",
+        args.dirs[0].display()
+    );
+    let output = Output::create(&args.out)?;
+    let frames = recording::write(&args.dirs, output.root())?;
+    output.finish()?;
+    let count = args.dirs.len();
+    let plural = if count == 1 { "" } else { "s" };
+    Ok(format!("{frames} frames of {count} recording{plural} in {}", args.out.display()))
 }

@@ -9,43 +9,12 @@ import pathlib
 import sys
 
 import numpy as np
-from google.protobuf import descriptor_pb2
-from google.protobuf.descriptor import FieldDescriptor
-from importlib import import_module
+from check_schema import check_schema
 from mcap.reader import make_reader
 from mcap_protobuf.decoder import DecoderFactory
 from PIL import Image
 from plain import Scene, scenes, slack_px
 from pyquaternion import Quaternion
-
-
-def published(name: str):
-    """Returns the descriptor of one of Foxglove's messages."""
-    module = import_module(f"foxglove_schemas_protobuf.{name}_pb2")
-    return getattr(module, name).DESCRIPTOR
-
-
-def check_schema(data: bytes) -> None:
-    """The description of the messages is that of the published package."""
-    files = descriptor_pb2.FileDescriptorSet.FromString(data).file
-    (ours,) = (file for file in files if file.package == "foxglove")
-    for message in ours.message_type:
-        theirs = published(message.name)
-        fields = {
-            (f.name, f.number, f.type, f.label == FieldDescriptor.LABEL_REPEATED, f.type_name)
-            for f in message.field
-        }
-        expected = set()
-        for field in theirs.fields:
-            target = field.message_type or field.enum_type
-            repeated = field.is_repeated
-            name = f".{target.full_name}" if target else ""
-            expected.add((field.name, field.number, field.type, repeated, name))
-        assert fields == expected, (message.name, fields ^ expected)
-        for enum in message.enum_type:
-            values = {(value.name, value.number) for value in enum.value}
-            theirs_values = theirs.enum_types_by_name[enum.name].values
-            assert values == {(value.name, value.number) for value in theirs_values}
 
 
 def matrix(translation, rotation) -> np.ndarray:
@@ -57,6 +26,26 @@ def matrix(translation, rotation) -> np.ndarray:
 
 def nanos(time) -> int:
     return time.seconds * 10**9 + time.nanos
+
+
+def check_map(scene: Scene, update) -> None:
+    """The map has the lines of `lanes.json`."""
+    lanes = json.loads((scene.folder / "lanes.json").read_text())
+    expected: dict[str, list] = {}
+    for boundary in lanes["boundaries"]:
+        name = "edge" if boundary["type"] == "none" else f"{boundary['type']} {boundary['color']}"
+        expected.setdefault(name, []).append(boundary["points_m"])
+    expected["crosswalk"] = [walk["corners_m"] for walk in lanes["crosswalks"]]
+    expected["stop line"] = [line["points_m"] for line in lanes["stop_lines"]]
+    found = {
+        entity.id: [[[p.x, p.y, p.z] for p in line.points] for line in entity.lines]
+        for entity in update.entities
+    }
+    assert found == {name: lines for name, lines in expected.items() if lines}, found.keys()
+    assert len(found["edge"]) > 5 and any(name.startswith("solid") for name in found)
+    for entity in update.entities:
+        is_loop = entity.id == "crosswalk"
+        assert all(line.type == (line.LINE_LOOP if is_loop else line.LINE_STRIP) for line in entity.lines)
 
 
 def check_frame(scene: Scene, line: dict, got: dict) -> int:
@@ -126,14 +115,17 @@ for scene in scenes(sys.argv[2]):
             if schema.encoding == "protobuf":
                 assert schema.name.startswith("foxglove.")
                 check_schema(schema.data)
-        by_time, readings = {}, []
-        for schema, channel, message in reader.iter_messages():
-            if channel.message_encoding == "json":
-                readings.append((message.log_time, json.loads(message.data)))
-        topics = [c.topic for c in reader.get_summary().channels.values()]
-        topics.remove("/ego/sensors")
+        by_time, in_json = {}, {"/ego/sensors": [], "/weather": []}
+        for schema, channel, message in reader.iter_messages(list(in_json)):
+            in_json[channel.topic].append((message.log_time, json.loads(message.data)))
+        topics = {c.topic for c in reader.get_summary().channels.values()} - set(in_json)
         for _, channel, message, decoded in reader.iter_decoded_messages(topics):
             by_time.setdefault(message.log_time, {})[channel.topic] = decoded
+    check_map(scene, by_time[scene.lines[0]["sim_time_nanos"]]["/map"])
+    assert sum("/map" in messages for messages in by_time.values()) == 1
+    weather = [(line["sim_time_nanos"], line["weather"]) for line in scene.lines]
+    assert in_json["/weather"] == weather
+    readings = in_json["/ego/sensors"]
     wanted = [reading for line in scene.lines for reading in line["ego_sensors"]]
     assert [time for time, _ in readings] == [reading["sim_time_nanos"] for reading in wanted]
     for (_, found), reading in zip(readings, wanted, strict=True):

@@ -56,10 +56,17 @@ impl Message {
 
     /// Appends bytes.
     pub(crate) fn bytes(mut self, field: u32, bytes: &[u8]) -> Message {
-        self.key(field, 2);
-        self.varint(bytes.len() as u64);
-        self.0.extend_from_slice(bytes);
+        self.begin_bytes(field, bytes.len()).extend_from_slice(bytes);
         self
+    }
+
+    /// Appends the head of a field of this many bytes, and returns where they go. Large data are
+    /// put together there, without a copy.
+    pub(crate) fn begin_bytes(&mut self, field: u32, len: usize) -> &mut Vec<u8> {
+        self.key(field, 2);
+        self.varint(len as u64);
+        self.0.reserve_exact(len);
+        &mut self.0
     }
 
     /// Appends a text.
@@ -283,6 +290,17 @@ const MESSAGES: &[(&str, &[Field])] = &[
     ),
     ("PoseInFrame", &[TIME, ("frame_id", 2, Text, false), ("pose", 3, POSE, false)]),
     (
+        "Log",
+        &[
+            TIME,
+            ("level", 2, Enum("Level"), false),
+            ("message", 3, Text, false),
+            ("name", 4, Text, false),
+            ("file", 5, Text, false),
+            ("line", 6, Fixed32, false),
+        ],
+    ),
+    (
         "LocationFix",
         &[
             ("timestamp", 6, Of("google.protobuf.Timestamp"), false),
@@ -308,6 +326,7 @@ const ENUMS: &[(&str, &str, &[&str])] = &[
         &["UNKNOWN", "UINT8", "INT8", "UINT16", "INT16", "UINT32", "INT32", "FLOAT32", "FLOAT64"],
     ),
     ("SceneEntityDeletion", "Type", &["MATCHING_ID", "ALL"]),
+    ("Log", "Level", &["UNKNOWN", "DEBUG", "INFO", "WARNING", "ERROR", "FATAL"]),
     ("LinePrimitive", "Type", &["LINE_STRIP", "LINE_LOOP", "LINE_LIST"]),
     (
         "LocationFix",

@@ -1,17 +1,24 @@
 //! Colour images: the files of the data set where they have the wanted format, or PNG, or JPEG.
 
-use std::{fs, path::Path};
+use std::{
+    fs::{self, File},
+    io::{self, Read},
+    path::Path,
+};
 
 use anyhow::{Context, ensure};
 use jpeg_encoder::ColorType;
 
 use crate::{
     collect::{
-        Encoder,
+        CollectError, Encoder,
         format::{Camera, Sensor},
         jpeg,
     },
-    export::set::{Frame, Scene, Set},
+    export::{
+        foxglove::Message,
+        set::{Frame, Scene, Set},
+    },
 };
 
 /// How colour images are stored.
@@ -77,6 +84,31 @@ impl Images {
         let mut file = Vec::new();
         jpeg(size, &image.bytes, ColorType::Rgb, quality, &mut file)?;
         Ok(file)
+    }
+
+    /// Appends a camera's image to a message as the bytes of a field.
+    pub(crate) fn append(
+        &self,
+        frame: &Frame,
+        sensor: &Sensor,
+        camera: &Camera,
+        message: &mut Message,
+        field: u32,
+    ) -> anyhow::Result<()> {
+        let folder = format!("{}/color", sensor.name);
+        let Some(extension) = self.stored(frame, &folder) else {
+            let file = self.file(frame, sensor, camera)?;
+            message.begin_bytes(field, file.len()).extend_from_slice(&file);
+            return Ok(());
+        };
+        let path = frame.path(&folder, extension);
+        let mut read = || {
+            let file = File::open(&path)?;
+            let len = file.metadata()?.len();
+            let read = file.take(len).read_to_end(message.begin_bytes(field, len as usize))?;
+            if read as u64 == len { Ok(()) } else { Err(io::ErrorKind::UnexpectedEof.into()) }
+        };
+        read().map_err(|e| CollectError::io(&path, e).into())
     }
 
     /// Puts a camera's image at `to`: a file of the data set as another name of the same file where the file

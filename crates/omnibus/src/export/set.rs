@@ -15,6 +15,7 @@ use crate::collect::{
     decode::{self, Image},
     folder::Folder,
     format::{ActorBox, Boxes, Camera, FrameLine, Lidar, Metadata, Sensor},
+    map_lines::{LANES, LaneMap},
 };
 
 /// Data sets of `omnibus collect` in the order of the scenes.
@@ -169,6 +170,13 @@ impl Scene {
     /// Returns the radars in the order of the sensors.
     pub(crate) fn radars(&self) -> impl Iterator<Item = &Sensor> {
         self.metadata.settings.sensors.iter().filter(|sensor| sensor.radar.is_some())
+    }
+
+    /// Reads the lanes of the map.
+    pub(crate) fn lane_map(&self) -> Result<LaneMap, CollectError> {
+        let path = self.folder.root().join(LANES);
+        let text = fs::read(&path).map_err(|e| CollectError::io(&path, e))?;
+        serde_json::from_slice(&text).map_err(|e| CollectError::damaged(&path, e))
     }
 
     /// Returns the lidars in the order of the sensors.
