@@ -31,6 +31,8 @@ for scene in scenes(sys.argv[2]):
             assert np.array_equal(labels, scene.labels(lidar, frame))
         text = (scene.folder / f"boxes/{frame:06}.json").read_text()
         assert sample["boxes.json"] == json.loads(text)
+        text = (scene.folder / f"lanes/{frame:06}.json").read_text()
+        assert sample["lanes.json"] == json.loads(text)
         assert sample["frame.json"] == line
         assert sample["sensors.json"] == scene.metadata["settings"]["sensors"]
 assert not samples, list(samples)

@@ -2,12 +2,12 @@
 
 use std::{
     fs::File,
-    io::{BufWriter, Read, Write},
+    io::{self, BufWriter, Write},
     path::Path,
 };
 
 use anyhow::Context;
-use tar::{Builder, Header};
+use tar::Header;
 
 use crate::{
     collect::npy,
@@ -32,11 +32,14 @@ pub(crate) fn write(
         let from = shard * shard_samples;
         let to = (from + shard_samples).min(set.frames());
         let write = || {
-            let mut tar = Builder::new(BufWriter::with_capacity(1 << 20, File::create(&path)?));
+            // Files are larger than the buffer, and pass by it without a copy.
+            let mut tar = BufWriter::new(File::create(&path)?);
             for index in from..to {
                 append(&mut tar, &set.frame(index)?, images)?;
             }
-            tar.into_inner()?.flush()?;
+            // Two blocks of zeros are the end.
+            tar.write_all(&[0; 2 * BLOCK])?;
+            tar.flush()?;
             anyhow::Ok(())
         };
         write().with_context(|| path.display().to_string())
@@ -44,18 +47,28 @@ pub(crate) fn write(
     threads.in_order(shards, shard, |_, ()| Ok(()))
 }
 
+/// The size of a header; contents are filled up to a multiple of it.
+const BLOCK: usize = 512;
+
+/// Appends a file of these parts.
+fn put(tar: &mut impl Write, name: &str, parts: &[&[u8]]) -> io::Result<()> {
+    let len: usize = parts.iter().map(|part| part.len()).sum();
+    let mut header = Header::new_ustar();
+    header.set_path(name)?;
+    header.set_size(len as u64);
+    // No clock and no user, so that the same data have the same bytes.
+    header.set_mode(0o644);
+    header.set_mtime(0);
+    header.set_cksum();
+    tar.write_all(header.as_bytes())?;
+    parts.iter().try_for_each(|part| tar.write_all(part))?;
+    tar.write_all(&[0; BLOCK][..len.next_multiple_of(BLOCK) - len])
+}
+
 /// Appends the files of a frame: `town_000041.front.color.png` and so on.
-fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyhow::Result<()> {
+fn append(tar: &mut impl Write, frame: &Frame, images: &Images) -> anyhow::Result<()> {
     let key = format!("{}_{:06}", frame.scene.name, frame.line.frame);
-    let mut put = |name: &str, parts: &[&[u8]]| {
-        let mut header = Header::new_ustar();
-        header.set_size(parts.iter().map(|part| part.len() as u64).sum());
-        // No clock and no user, so that the same data have the same bytes.
-        header.set_mode(0o644);
-        header.set_mtime(0);
-        let parts = parts.iter().fold(Box::new(std::io::empty()) as Box<dyn Read>, chain);
-        tar.append_data(&mut header, format!("{key}.{name}"), parts)
-    };
+    let mut put = |name: &str, parts: &[&[u8]]| put(tar, &format!("{key}.{name}"), parts);
     for (sensor, camera) in frame.cameras() {
         let name = &sensor.name;
         let color = images.file(frame, sensor, camera)?;
@@ -81,13 +94,12 @@ fn append(tar: &mut Builder<impl Write>, frame: &Frame, images: &Images) -> anyh
     }
     let sensors = serde_json::to_vec(&frame.scene.metadata.settings.sensors)?;
     put("boxes.json", &[&frame.bytes("boxes", "json")?])?;
+    if frame.scene.metadata.outputs.iter().any(|output| output.folder == "lanes") {
+        put("lanes.json", &[&frame.bytes("lanes", "json")?])?;
+    }
     put("frame.json", &[&frame.text])?;
     put("sensors.json", &[&sensors])?;
     Ok(())
-}
-
-fn chain<'a>(before: Box<dyn Read + 'a>, part: &&'a [u8]) -> Box<dyn Read + 'a> {
-    Box::new(before.chain(*part))
 }
 
 /// Returns the head of an array by rows.
