@@ -485,15 +485,25 @@ mod tests {
                 .filter(|one| of([one.left_lane_id, one.right_lane_id]))
                 .collect();
             assert!(beside.len() >= 2, "a border on each side of {entry:?}");
-            let start = LanePoint { lane: lane.index, along_m: 0.0 };
-            let half = network.width(start) * 0.5;
-            let first = DVec3::from_array(entry.points_m[0]);
-            for one in beside.iter().filter(|_| lane.forward) {
-                let near = DVec3::from_array(one.points_m[0]);
-                let apart = near.distance(first);
+            // Where the road begins, which is the end of a lane that is driven the other way.
+            let along_m = if lane.forward { 0.0 } else { lane.length_m };
+            let half = network.width(LanePoint { lane: lane.index, along_m }) * 0.5;
+            let mut center = entry.points_m.iter().map(|point| DVec3::from_array(*point));
+            let ends = if lane.forward {
+                [center.next(), center.next()]
+            } else {
+                [center.next_back(), center.next_back()]
+            };
+            let [Some(first), Some(next)] = ends else { panic!("a line of one point: {entry:?}") };
+            let ahead = (next - first).normalize_or_zero();
+            for one in beside {
+                let apart = DVec3::from_array(one.points_m[0]) - first;
                 // A border of several marks has parts that begin further on.
-                if apart < half + 1.0 {
-                    assert!((apart - half).abs() < 0.05, "{apart} {half} {one:?}");
+                if apart.length() < half + 1.0 {
+                    let is_on_the_right = one.left_lane_id == Some(lane.id);
+                    let to_left = if is_on_the_right { -half } else { half };
+                    let left = DVec3::Z.cross(ahead).dot(apart);
+                    assert!((left - to_left).abs() < 0.05, "{left} {to_left} {one:?}");
                     checked += 1;
                 }
             }
