@@ -132,6 +132,15 @@ impl Client {
         self.request_one("weather", Command::set_weather(weather).0).map(drop)
     }
 
+    /// Returns sun, clouds, rain and fog as they were set last, by whichever client.
+    ///
+    /// # Errors
+    ///
+    /// As for [`Queries`](crate::Queries).
+    pub fn weather(&self) -> Result<Weather, ClientError> {
+        self.queries().weather()
+    }
+
     /// Returns poses for vehicles, half a metre above the road.
     ///
     /// # Errors

@@ -5,7 +5,7 @@ use std::{sync::Arc, time::Duration};
 use protocol::{
     AckermannSettings, ActorId, BONES, BONES_PER_COMMAND, BlendPose, Pose, Query, QueryKind,
     Refusal, Response, ResponseBody, SetBones, VehicleBody, VehiclePhysics, VehicleTelemetry,
-    WheelTelemetry,
+    Weather, WheelTelemetry,
 };
 
 use crate::{ClientError, connection::Connection};
@@ -98,6 +98,15 @@ impl Queries {
         let sets: Vec<SetBones> = self.all("given_pose", &queries)?;
         let bones = sets.iter().flat_map(|set| set.bones().map(|(_, pose)| *pose)).collect();
         Ok((bones, blend.weight))
+    }
+
+    /// Returns the weather.
+    ///
+    /// # Errors
+    ///
+    /// See [`Queries`].
+    pub fn weather(&self) -> Result<Weather, ClientError> {
+        self.one("weather", ActorId::NONE, 0)
     }
 
     /// Sends one query and waits for its response.

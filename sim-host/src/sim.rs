@@ -382,7 +382,7 @@ impl Sim {
 
     /// Returns the response to a query. It changes nothing.
     pub fn answer(&self, query: &Query) -> Response {
-        let response = self.world.answer(&self.standing.poses, query);
+        let response = self.world.answer(&self.standing, query);
         response.unwrap_or_else(|why| Response::refused(&why))
     }
 

@@ -1,4 +1,5 @@
-//! Queries: what a client may ask about an actor beyond the snapshot, and what it is answered.
+//! Queries: what a client may ask about an actor or the world beyond the snapshot, and what it is
+//! answered.
 //!
 //! A query changes nothing. It goes through the `query` channel and is answered on `response`,
 //! between two frames or before the commands of the next one; no journal, keyframe or recording
@@ -8,7 +9,7 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::{
     AckermannSettings, ActorId, BlendPose, Name, SetBones, Stamp, VehicleBody, VehicleEngine,
-    VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, WheelTelemetry,
+    VehicleGearbox, VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
     refusal::{Refusal, RefusalCode, reason, text},
 };
 
@@ -26,7 +27,7 @@ pub struct QueryHeader {
 
 const _: () = assert!(size_of::<QueryHeader>() == 72);
 
-/// A question about an actor.
+/// A question about an actor, or about the world.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Query {
@@ -151,6 +152,8 @@ queries! {
     Bones -> SetBones = 9,
     /// How much of a walker's given pose shows.
     Blend -> BlendPose = 10,
+    /// The weather. It concerns no actor: the query names [`ActorId::NONE`].
+    Weather -> Weather = 11,
 }
 
 #[cfg(test)]

@@ -267,6 +267,17 @@ fn poses_are_set_on_walkers_only_and_are_part_of_a_saved_state() {
 }
 
 #[test]
+fn a_query_returns_the_weather_that_was_set_last() {
+    let mut world = plain();
+    let query = Query::new(QueryKind::Weather, protocol::ActorId::NONE, 0);
+    let weather = |world: &Sim| world.answer(&query).body::<Weather>().unwrap();
+    assert_eq!(weather(&world), Weather::default());
+    let rain = Weather { precipitation: 80.0, ..Weather::default() };
+    world.carry_out(&Command::SetWeather(rain)).unwrap();
+    assert_eq!(weather(&world), rain);
+}
+
+#[test]
 fn a_query_of_an_unknown_kind_or_about_a_missing_actor_is_refused() {
     let mut world = plain();
     let car = spawned(&mut world, "vehicle.tesla.model3", 0.0);

@@ -1,19 +1,23 @@
-//! Queries about actors. They change nothing.
+//! Queries about actors and the world. They change nothing.
 
 use protocol::{
     ActorId, BONES_PER_COMMAND, BlendPose, GivenPoses, Pose, Query, QueryKind, Refusal, Response,
-    SetBones, VehiclePhysics,
+    SetBones, StandingState, VehiclePhysics,
 };
 
 use super::{World, vehicle_physics::no_wheel};
 
 impl World {
-    /// Returns the response to a query. `poses` are those that clients set on walkers.
+    /// Returns the response to a query. `standing` is what persists beside actors.
     ///
     /// # Errors
     ///
     /// The cause of the refusal.
-    pub(crate) fn answer(&self, poses: &GivenPoses, query: &Query) -> Result<Response, Refusal> {
+    pub(crate) fn answer(
+        &self,
+        standing: &StandingState,
+        query: &Query,
+    ) -> Result<Response, Refusal> {
         let Query { actor_id: id, index, .. } = *query;
         let kind = QueryKind::of(query.kind)
             .ok_or_else(|| Refusal::unsupported(format!("unknown query kind {}", query.kind)))?;
@@ -39,12 +43,13 @@ impl World {
                 self.check_vehicle(id, "engine")?;
                 Response::new(&self.physics.ackermann_settings(id)?)
             }
-            QueryKind::Bones => Response::new(&self.bones(poses, id, index)?),
+            QueryKind::Bones => Response::new(&self.bones(&standing.poses, id, index)?),
             QueryKind::Blend => {
                 self.walker(id)?;
-                let share = poses.of(id).map_or(0.0, |given| given.weight);
+                let share = standing.poses.of(id).map_or(0.0, |given| given.weight);
                 Response::new(&BlendPose { actor_id: id, weight: share })
             }
+            QueryKind::Weather => Response::new(&standing.weather),
         })
     }
 
