@@ -6,7 +6,7 @@
 use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
-    path::Path,
+    path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::{
         Arc,
@@ -19,11 +19,12 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, client::IntoClientRequest, http::HeaderValue};
 
-use crate::kit::{Scratch, Sim, eventually, kill, note_skipped, omnibus, thread};
+use crate::kit::{Scratch, Sim, eventually, kill, note_skipped, omnibus, small_map, thread};
 
 /// The channel of states.
 const STATE: u64 = 255;
 const IMAGE: u32 = 1;
+const POINTS: u32 = 2;
 const MAP: u32 = 3;
 
 /// A running `omnibus view`.
@@ -35,8 +36,13 @@ struct Viewer {
 
 impl Viewer {
     fn start(sim: &Sim) -> Viewer {
+        Viewer::of(&["--name", sim.instance().id()])
+    }
+
+    /// Starts the viewer of a recording or a data set.
+    fn of(args: &[&str]) -> Viewer {
         let mut command = omnibus();
-        command.args(["view", "--name", sim.instance().id(), "--port", "0", "--no-open"]);
+        command.args(["view", "--port", "0", "--no-open"]).args(args);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut said = String::new();
         BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut said).unwrap();
@@ -208,11 +214,21 @@ fn a_page_shows_other_images_of_later_frames_and_its_keys_move_the_car() {
     }
     assert!(viewer.get("/absent", &[&viewer.own_host()]).starts_with("HTTP/1.1 404"));
 
+    let mut other = sim.client("other");
+    let fog = client_lib::Weather { fog_density: 33.0, ..client_lib::Weather::default() };
+    other.set_weather(fog).unwrap();
+    assert_eq!(other.weather().unwrap(), fog);
+    drop(other);
+
     let mut page = viewer.page();
     let hello = page.text(|text| text["type"] == "hello");
-    assert_eq!(hello["instance"], sim.instance().id());
+    assert_eq!(
+        (&hello["source"], &hello["name"]),
+        (&json!("simulator"), &json!(sim.instance().id()))
+    );
     let Received::Binary(MAP, lanes) = page.receive() else { panic!("no map") };
     assert!(lanes.len() > 10_000, "{}", lanes.len());
+    page.until(|page| page.state["weather"]["fog_density"] == 33.0);
 
     // Nothing ticks: the page does.
     let car =
@@ -399,6 +415,230 @@ fn a_page_stops_the_world_s_own_clock_and_lets_it_run_on() {
     sim.end();
 }
 
+/// Records a few vehicles for three seconds.
+fn recorded(scratch: &Scratch, profile: &str) -> String {
+    let file = scratch.path().join(format!("{profile}.mcap")).to_str().unwrap().to_owned();
+    let args =
+        ["record", "--map", small_map(), "--vehicles", "6", "--frames", "60", "--out", &file];
+    let output = omnibus().args(args).args(["--profile", profile]).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    file
+}
+
+/// Ids of the recorded vehicles with x, y and speed, by frame of 0.05 s.
+fn vehicles_of(file: &str) -> Vec<Vec<(u32, [f32; 3])>> {
+    let mut recording = record::Recording::open(Path::new(file)).unwrap();
+    let mut frames = Vec::new();
+    for segment in 0..recording.segments() {
+        for frame in recording.recorded_frames(segment).unwrap() {
+            let vehicles =
+                frame.actors.iter().filter(|actor| actor.kind == protocol::kind::VEHICLE);
+            let line = |actor: &protocol::ActorState| {
+                let ([x, y, _], v) = (actor.pose.position_m, actor.velocity_mps);
+                (actor.actor_id.0, [x, y, v.map(|v| v * v).iter().sum::<f32>().sqrt()])
+            };
+            frames.push(vehicles.map(line).collect());
+        }
+    }
+    frames
+}
+
+#[test]
+fn a_recording_is_shown_where_the_page_wants_it() {
+    let scratch = Scratch::new();
+    let file = recorded(&scratch, "state");
+    let frames = vehicles_of(&file);
+    assert!(frames.len() == 60 && frames[59].len() == 6, "{} frames", frames.len());
+    let viewer = Viewer::of(&[&file, "--device", "cpu"]);
+    let mut page = viewer.page();
+    let hello = page.text(|text| text["type"] == "hello");
+    assert_eq!((&hello["source"], &hello["name"]), (&json!("recording"), &json!("state.mcap")));
+    assert_eq!(hello["map"], "hamlet");
+    let shows = |page: &mut Page, index: usize| {
+        let at = index as f64 * 0.05;
+        page.until(|page| {
+            (page.state["playback"]["at"].as_f64().unwrap_or(-1.0) - at).abs() < 1e-6
+        });
+        assert_eq!(page.state["playback"]["last"], 59.0 * 0.05);
+        for (id, recorded) in &frames[index] {
+            let shown = page.motion(&json!(id)).unwrap_or_else(|| panic!("no actor {id}"));
+            for (shown, recorded) in shown.iter().zip(recorded) {
+                assert!((shown - f64::from(*recorded)).abs() < 0.006, "{index} {id}: {shown}");
+            }
+        }
+    };
+    // The first recorded frame spawns the actors.
+    shows(&mut page, 1);
+    let (car, _) = frames[0][0];
+    page.done(&json!({"type": "tiles", "tiles": [camera(&json!(car), "color")]}));
+    // Time stands, and the image comes nevertheless.
+    let mut before = page.image(1).1;
+    for index in [50, 10, 31] {
+        page.done(&json!({"type": "seek", "to": index as f64 * 0.05}));
+        shows(&mut page, index);
+        for next in [0, 1] {
+            shows(&mut page, index + next);
+            let frame = page.state["frame"].as_u64().unwrap();
+            let image = page.image(frame).1;
+            assert!(image != before, "the image at {index} is the one before");
+            before = image;
+            if next == 0 {
+                page.done(&json!({"type": "step"}));
+            }
+        }
+    }
+    page.done(&json!({"type": "seek", "to": 1e9}));
+    shows(&mut page, 59);
+    let reply = page.request(&json!({"type": "step"}));
+    assert!(reply["message"].as_str().unwrap().contains("the last frame"), "{reply}");
+    // From the end it plays the whole recording, and stops there; another page sees that too.
+    let mut other = viewer.page();
+    page.done(&json!({"type": "play"}));
+    other.until(|page| page.state["plays"] == true && page.state["playback"]["at"] != 2.95);
+    shows(&mut page, 59);
+    page.until(|page| page.state["plays"] == false);
+    shows(&mut page, 59);
+    drop((page, other));
+    viewer.end();
+}
+
+/// Collects two scenes of three frames.
+fn collected(scratch: &Scratch) -> PathBuf {
+    let dir = scratch.path().join("scenes");
+    for (scene, seed) in [("scene-0000", "1"), ("scene-0001", "2")] {
+        let output = omnibus()
+            .args(["collect", "--map", small_map(), "--device", "cpu", "--frames", "3"])
+            .args(["--vehicles", "4", "--seed", seed, "--out", dir.join(scene).to_str().unwrap()])
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    }
+    dir
+}
+
+/// Reads a JSON file of a data set.
+fn json_of(path: &Path) -> Value {
+    serde_json::from_slice(&std::fs::read(path).unwrap()).unwrap()
+}
+
+#[test]
+fn a_data_set_is_shown_from_its_files() {
+    let scratch = Scratch::new();
+    let dir = collected(&scratch);
+    let viewer = Viewer::of(&[dir.to_str().unwrap()]);
+    let mut page = viewer.page();
+    let mut scenes = Vec::new();
+    for (scene, index) in [("scene-0000", 0), ("scene-0001", 4), ("scene-0000", 2)] {
+        page.send(&json!({"type": "seek", "to": index}));
+        let hello = page.text(|text| text["type"] == "hello" && text["name"] == scene);
+        assert_eq!(hello["source"], "data_set");
+        scenes.push(hello["sensors"].clone());
+        let folder = dir.join(scene);
+        let lines = std::fs::read_to_string(folder.join("frames.jsonl")).unwrap();
+        let lines: Vec<Value> =
+            lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+        let line = &lines[index % 3];
+        let frame = line["frame"].as_u64().unwrap();
+        let path = page.text(|text| text["type"] == "path");
+        assert_eq!(path["points_m"].as_array().unwrap().len(), 3);
+        let [at, ego] =
+            [&path["points_m"][index % 3], &line["ego"]["world_from_vehicle"]["position_m"]];
+        assert_eq!((&at[0], &at[1]), (&ego[0], &ego[1]));
+
+        page.until(|page| page.state["frame"] == frame);
+        let state = page.state.clone();
+        assert_eq!(state["weather"], line["weather"]);
+        let boxes = json_of(&folder.join(format!("boxes/{frame:06}.json")));
+        let actors = boxes["actors"].as_array().unwrap();
+        assert!(state["actors"].as_array().unwrap().len() > actors.len(), "the ego is one more");
+        for actor in actors {
+            let shown = page.motion(&actor["actor_id"]).unwrap();
+            for (axis, shown) in shown[..2].iter().enumerate() {
+                let stored = actor["world_from_box"]["position_m"][axis].as_f64().unwrap();
+                assert!((shown - stored).abs() < 0.006, "{actor}");
+            }
+        }
+
+        // The colour image is the file, its boxes are those of the camera, the points are the returns.
+        page.newest = (0, Vec::new());
+        let tiles =
+            json!([{"sensor": "front", "output": "color"}, {"sensor": "lidar", "output": "lidar"}]);
+        page.send(&json!({"type": "sensors", "tiles": tiles}));
+        let shown = page.text(|text| text["type"] == "boxes" && text["channel"] == 0);
+        let seen = |list: &str| {
+            let list = boxes[list].as_array().unwrap().iter();
+            list.filter(|seen| seen["cameras"]["front"].is_object()).count()
+        };
+        assert_eq!(shown["boxes"].as_array().unwrap().len(), seen("actors") + seen("objects"));
+        let (of, image) = page.image(frame);
+        let file = std::fs::read(folder.join(format!("front/color/{frame:06}.png"))).unwrap();
+        assert!(of == frame && image == file, "another image");
+        let points = loop {
+            if let Received::Binary(POINTS, points) = page.receive() {
+                break points;
+            }
+        };
+        assert_eq!(Some(points.len() as u64 / 8), line["point_counts"]["lidar"].as_u64());
+        for output in ["depth", "tags", "instances"] {
+            let tiles = json!([{"sensor": "front", "output": output}]);
+            page.newest = (0, Vec::new());
+            page.done(&json!({"type": "sensors", "tiles": tiles}));
+            assert!(page.image(frame).1.starts_with(&[0xff, 0xd8]), "no image of {output}");
+        }
+    }
+    assert!(scenes[0] == scenes[1] && scenes[0][0][0] == "front", "{}", scenes[0]);
+
+    page.done(&json!({"type": "play"}));
+    page.until(|page| page.state["playback"]["at"] == 5.0 && page.state["plays"] == false);
+    for (request, said) in [
+        (json!({"type": "step"}), "the last frame"),
+        (json!({"type": "spawn", "blueprint": "vehicle.tesla.model3"}), "no simulator"),
+    ] {
+        let reply = page.request(&request);
+        assert!(reply["message"].as_str().unwrap().contains(said), "{reply}");
+    }
+    // What a tile names and the scene lacks, and what was damaged since, is said once.
+    for (tile, said) in [
+        (json!({"sensor": "rear", "output": "color"}), "no sensor \"rear\""),
+        (json!({"sensor": "front", "output": "lidar"}), "no output \"lidar\""),
+    ] {
+        page.send(&json!({"type": "sensors", "tiles": [tile]}));
+        let error = page.text(|text| text["type"] == "error");
+        assert!(error["message"].as_str().unwrap().contains(said), "{error}");
+    }
+    std::fs::write(dir.join("scene-0000/boxes").join(first_file(&dir)), "damaged").unwrap();
+    let reply = page.request(&json!({"type": "seek", "to": 0}));
+    assert!(reply["message"].as_str().unwrap().contains("boxes/"), "{reply}");
+    drop(page);
+    viewer.end();
+}
+
+/// Returns the name of the file of boxes of the first frame.
+fn first_file(dir: &Path) -> String {
+    let files = std::fs::read_dir(dir.join("scene-0000/boxes")).unwrap();
+    files.map(|file| file.unwrap().file_name().into_string().unwrap()).min().unwrap()
+}
+
+#[test]
+fn what_is_neither_a_recording_with_states_nor_a_data_set_has_one_error() {
+    let scratch = Scratch::new();
+    let inputs = recorded(&scratch, "inputs");
+    let text = scratch.path().join("text.mcap");
+    std::fs::write(&text, "no recording").unwrap();
+    let missing = scratch.path().join("missing.mcap");
+    for (file, said) in [
+        (inputs.as_str(), "keeps no states to show"),
+        (text.to_str().unwrap(), "text.mcap"),
+        (missing.to_str().unwrap(), "missing.mcap"),
+        (scratch.path().to_str().unwrap(), "is it a data set"),
+    ] {
+        let output = omnibus().args(["view", "--no-open", "--port", "0", file]).output().unwrap();
+        let why = String::from_utf8(output.stderr).unwrap();
+        assert_eq!((output.status.code(), why.lines().count()), (Some(1), 1), "{why}");
+        assert!(why.contains(said), "{why}");
+    }
+}
+
 #[test]
 fn wrong_requests_have_one_error_and_the_end_of_the_simulator_is_said() {
     let sim = Sim::start(&[]);
@@ -411,6 +651,7 @@ fn wrong_requests_have_one_error_and_the_end_of_the_simulator_is_said() {
         (json!({"type": "drive", "throttle": 1, "brake": 0, "steer": 0}), "spawn one"),
         (json!({"type": "spawn", "blueprint": "vehicle.none"}), "vehicle.none"),
         (json!({"type": "destroy", "id": 4_000_000}), "4000000"),
+        (json!({"type": "seek", "to": 1.0}), "no other part"),
         (json!({"type": "tiles", "tiles": [tile.clone()]}), "99"),
         (json!({"type": "tiles", "tiles": vec![tile.clone(); 9]}), "at most 8"),
         (
@@ -461,30 +702,43 @@ const CHROMIUM: [&str; 3] = ["chromium", "chromium-browser", "google-chrome"];
 
 #[test]
 fn the_page_works_in_chromium() {
-    let test = "the_page_works_in_chromium";
-    let runs = |name: &&&str| Command::new(name).arg("--version").output().is_ok();
-    let Some(chromium) = CHROMIUM.iter().find(runs) else {
-        return note_skipped(test, "chromium is not installed");
-    };
     let sim = Sim::start(&[]);
     run_in_real_time(&sim);
-    let viewer = Viewer::start(&sim);
+    look("the_page_works_in_chromium", "simulator", Viewer::start(&sim));
+    sim.end();
+}
+
+#[test]
+fn a_recording_and_a_data_set_work_in_chromium() {
+    let test = "a_recording_and_a_data_set_work_in_chromium";
+    let scratch = Scratch::new();
+    let file = recorded(&scratch, "state");
+    look(test, "recording", Viewer::of(&[&file, "--device", "cpu"]));
+    look(test, "data_set", Viewer::of(&[collected(&scratch).to_str().unwrap()]));
+}
+
+/// Opens the page in Chromium and does what `tests/python/view.py` does there.
+fn look(test: &str, source: &str, viewer: Viewer) {
+    let runs = |name: &&&str| Command::new(name).arg("--version").output().is_ok();
+    let Some(chromium) = CHROMIUM.iter().find(runs) else {
+        viewer.end();
+        return note_skipped(test, "chromium is not installed");
+    };
     let scratch = Scratch::new();
     let picture = scratch.path().join("page.png");
     let script = concat!(env!("CARGO_MANIFEST_DIR"), "/python/view.py");
-    let output = Command::new("python3")
-        .args([script, chromium, &format!("http://{}/", viewer.host)])
-        .arg(&picture)
-        .output();
-    let output = match output {
-        Ok(output) => output,
-        Err(e) => return note_skipped(test, &format!("python3 is not there: {e}")),
-    };
-    let said = String::from_utf8_lossy(&output.stdout).into_owned();
-    assert_eq!(said, "seen\n", "{}", String::from_utf8_lossy(&output.stderr));
-    assert!(Path::new(&picture).metadata().unwrap().len() > 20_000);
+    let url = format!("http://{}/", viewer.host);
+    let mut command = Command::new("python3");
+    let command = command.args([script, chromium, &url]).arg(&picture).arg(source);
+    match command.output() {
+        Ok(output) => {
+            let said = String::from_utf8_lossy(&output.stdout).into_owned();
+            assert_eq!(said, "seen\n", "{}", String::from_utf8_lossy(&output.stderr));
+            assert!(Path::new(&picture).metadata().unwrap().len() > 20_000);
+        }
+        Err(e) => note_skipped(test, &format!("python3 is not there: {e}")),
+    }
     viewer.end();
-    sim.end();
 }
 
 fn run_in_real_time(sim: &Sim) {

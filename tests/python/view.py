@@ -1,6 +1,6 @@
 """The page of `omnibus view` in Chromium: what a person does and sees there.
 
-Usage: view.py CHROMIUM URL PICTURE
+Usage: view.py CHROMIUM URL PICTURE simulator|recording|data_set
 
 Chromium is driven by its own protocol (https://chromedevtools.github.io/devtools-protocol) over a
 WebSocket (RFC 6455), so that nothing else has to be installed. It prints `seen` at the end.
@@ -136,11 +136,19 @@ def frame_of(label: str) -> int:
     return int(label.rsplit("· ", 1)[1]) if "· " in label else 0
 
 
-def look(browser: Browser, url: str, picture: str) -> None:
+def look(browser: Browser, url: str, picture: str, source: str) -> None:
     for domain in ["Page", "Runtime", "Network", "Log"]:
         browser.call(f"{domain}.enable")
     browser.call("Page.navigate", url=url)
     browser.until("the title", lambda: " · " in browser.text("#title"))
+    {"simulator": drive, "recording": play, "data_set": play}[source](browser)
+    shot = browser.call("Page.captureScreenshot", format="png")
+    pathlib.Path(picture).write_bytes(base64.b64decode(shot["data"]))
+    check(browser.events, url)
+
+
+def drive(browser: Browser) -> None:
+    """Drives a car in a running simulator."""
     clock = lambda: first_number(browser.text("#clock").removeprefix("frame "))
     browser.until("frames", lambda: clock() > 0)
     label = lambda: frame_of(browser.text(".tile .bar span"))
@@ -170,9 +178,34 @@ def look(browser: Browser, url: str, picture: str) -> None:
     browser.until("time that passes", lambda: clock() > stands + 3)
     browser.until("a released tick", lambda: "holds the tick" not in browser.text("#tick"))
 
-    shot = browser.call("Page.captureScreenshot", format="png")
-    pathlib.Path(picture).write_bytes(base64.b64decode(shot["data"]))
-    check(browser.events, url)
+
+def play(browser: Browser) -> None:
+    """Looks through what has a length."""
+    at = lambda: first_number(browser.text("#tick"))
+    is_shown = lambda selector: browser.value(f"document.querySelector({selector!r}).offsetParent !== null")
+    browser.until("a slider", lambda: is_shown("#seek"))
+    assert not is_shown("#spawn-ego") and not is_shown("#destroy")
+    label = lambda tile: frame_of(browser.text(f".tile:nth-of-type({tile}) .bar span"))
+    browser.until("an image", lambda: label(1))
+    browser.until("a colourful map", lambda: browser.value(COLORS % 0) > 3)
+    browser.until("a colourful image", lambda: browser.value(COLORS % 2) > 50)
+
+    assert "paused" in browser.text("#tick"), browser.text("#tick")
+    begin, seen = at(), label(1)
+    browser.click("#step")
+    browser.until("the next frame", lambda: at() > begin)
+    browser.until("its image", lambda: label(1) > seen)
+    browser.value("(() => { const s = document.querySelector('#seek'); s.value = s.max / 2; s.oninput(); })()")
+    browser.until("the middle", lambda: at() > begin + float(browser.value("document.querySelector('#seek').max")) / 3)
+    middle = at()
+    browser.click("#play")
+    browser.until("time that passes", lambda: at() > middle)
+    browser.until("the end", lambda: "paused" in browser.text("#tick") and browser.value(
+        "document.querySelector('#seek').value === document.querySelector('#seek').max"))
+    assert browser.value("document.querySelector('#step').disabled")
+    browser.value("(() => { const s = document.querySelector('#seek'); s.value = s.max / 2; s.oninput(); })()")
+    browser.until("the middle again", lambda: abs(at() - middle) < 0.06)
+    browser.until("its images", lambda: browser.value(COLORS % 2) > 50)
 
 
 def check(events: list[dict[str, typing.Any]], url: str) -> None:
@@ -191,11 +224,11 @@ def check(events: list[dict[str, typing.Any]], url: str) -> None:
 
 
 def main() -> None:
-    program, url, picture = sys.argv[1:]
+    program, url, picture, source = sys.argv[1:]
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         browser = Browser(program, folder)
         try:
-            look(browser, url, picture)
+            look(browser, url, picture, source)
         finally:
             browser.process.terminate()
             browser.process.wait()

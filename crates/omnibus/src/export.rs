@@ -27,7 +27,7 @@ mod output;
 mod parallel;
 mod parquet;
 mod recording;
-mod set;
+pub(crate) mod set;
 mod shapes;
 mod split;
 mod statistics;
@@ -40,6 +40,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{bail, ensure};
 use clap::ValueEnum;
 
+pub(crate) use class::is_static;
 use images::Images;
 use output::Output;
 use parallel::Threads;

@@ -32,6 +32,7 @@ mod sensors_file;
 mod stage;
 mod top;
 mod view;
+mod view_data_set;
 
 pub use launch::WorldArgs;
 pub use resimulate::{Difference, Resimulated, resimulate};
@@ -68,7 +69,7 @@ enum Verb {
     Top(top::TopArgs),
     /// Publishes a vehicle and its sensors to ROS 2, and drives it by control messages
     Ros2(ros2::Ros2Args),
-    /// Shows a running simulator in a browser: cameras, lidar, map, stages; drives a car in it
+    /// Shows a running simulator or a recording in a browser: cameras, lidar, map, stages; drives a car
     View(view::ViewArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),

@@ -100,14 +100,20 @@ pub(crate) fn replay(args: &ReplayArgs) -> anyhow::Result<()> {
         "{} is a CARLA log, which has no inputs and no exact states to verify",
         path.display()
     );
+    let imported = import_log(&path, args.map.as_deref())?;
+    replay_recording(args, imported.0.clone())
+}
+
+/// Writes a CARLA log as a recording. Without a map, it is the one that the log names.
+pub(crate) fn import_log(log: &Path, map: Option<&str>) -> anyhow::Result<TemporaryFile> {
     let imported = TemporaryFile::new("mcap");
-    let map = carla_log::open(&path)?.header().map.clone();
-    let map = args.map.as_deref().or(map.rsplit('/').next()).unwrap_or_default();
+    let named = carla_log::open(log)?.header().map.clone();
+    let map = map.or(named.rsplit('/').next()).unwrap_or_default();
     let episode = WorldArgs::of_map(map).episode()?;
-    for blueprint in carla_log::import(&path, &imported.0, episode)? {
+    for blueprint in carla_log::import(log, &imported.0, episode)? {
         log::warn!("unknown blueprint {blueprint:?}; its actors are left out");
     }
-    replay_recording(args, imported.0.clone())
+    Ok(imported)
 }
 
 fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
@@ -120,17 +126,12 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
     if args.resimulate {
         return run_resimulation(&mut recording, from, until);
     }
-    ensure!(
-        recording.info().profile.has_states(),
-        "{} is a recording of profile {}, which keeps no states to show; use --resimulate",
-        path.display(),
-        recording.info().profile.name()
-    );
-    // The stages read the map from a file.
-    let map = TemporaryFile::new("xodr");
-    std::fs::write(&map.0, &recording.info().episode.open_drive)
-        .with_context(|| map.0.display().to_string())?;
-    let beside = simulator(args, &recording, &map)?;
+    let settings = Settings {
+        synchronous: args.verify.into(),
+        no_rendering: args.verify.into(),
+        ..Settings::default()
+    };
+    let (beside, _map) = simulator(&recording, args.name.clone(), &args.device, settings)?;
     let mut client = beside.connect("replay")?;
     if args.verify {
         verify_replay(&mut client, args, &mut recording, (from, until))?;
@@ -143,7 +144,7 @@ fn replay_recording(args: &ReplayArgs, path: PathBuf) -> anyhow::Result<()> {
 }
 
 /// A file that exists while a recording is replayed.
-struct TemporaryFile(PathBuf);
+pub(crate) struct TemporaryFile(pub(crate) PathBuf);
 
 impl TemporaryFile {
     fn new(extension: &str) -> TemporaryFile {
@@ -158,22 +159,29 @@ impl Drop for TemporaryFile {
     }
 }
 
-/// Starts a simulator of the recorded world.
-fn simulator(
-    args: &ReplayArgs,
+/// Starts a simulator of the recorded world. Its stages read the map from the file.
+pub(crate) fn simulator(
     recording: &Recording,
-    map: &TemporaryFile,
-) -> anyhow::Result<BackgroundHost> {
+    name: Option<String>,
+    device: &str,
+    settings: Settings,
+) -> anyhow::Result<(BackgroundHost, TemporaryFile)> {
+    let info = recording.info();
+    ensure!(
+        info.profile.has_states(),
+        "{} is a recording of profile {}, which keeps no states to show; use omnibus replay \
+         --resimulate",
+        recording.path().display(),
+        info.profile.name()
+    );
+    let map = TemporaryFile::new("xodr");
+    std::fs::write(&map.0, &info.episode.open_drive)
+        .with_context(|| map.0.display().to_string())?;
     let mut world = WorldArgs::of_map(&map.0.to_string_lossy());
-    world.seed = Some(recording.info().episode.seed);
-    world.name.clone_from(&args.name);
-    world.device.clone_from(&args.device);
-    let settings = Settings {
-        synchronous: args.verify.into(),
-        no_rendering: args.verify.into(),
-        ..Settings::default()
-    };
-    BackgroundHost::start(&world, settings)
+    world.seed = Some(info.episode.seed);
+    world.name = name;
+    device.clone_into(&mut world.device);
+    Ok((BackgroundHost::start(&world, settings)?, map))
 }
 
 /// Replays in real time, for clients that watch.

@@ -260,6 +260,11 @@ impl BackgroundHost {
         Ok(BackgroundHost { instance, in_process: args.single_process, stop, host: Some(host) })
     }
 
+    /// Returns the name of the simulator.
+    pub(crate) fn instance_id(&self) -> &str {
+        self.instance.id()
+    }
+
     /// Connects a client of this name.
     pub fn connect(&self, name: &str) -> anyhow::Result<client_lib::Client> {
         if self.in_process {

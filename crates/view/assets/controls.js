@@ -10,9 +10,6 @@ const FIELDS = [
 // The sun of a day at the equinox, 60 degrees high at noon in the south; azimuth counter-clockwise
 // from east.
 const NOON_ALTITUDE_RAD = Math.PI / 3;
-// The weather of a new simulator.
-const DEFAULT = { cloudiness: 10, precipitation: 0, precipitation_deposits: 0, wind_intensity: 10,
-  sun_azimuth_rad: 0.6, sun_altitude_rad: 0.85, fog_density: 2, fog_distance_m: 0.75, wetness: 0 };
 
 function sunOf(hour) {
   const angle = (hour - 6) * Math.PI / 12;
@@ -31,12 +28,14 @@ function hourOf({ sun_altitude_rad, sun_azimuth_rad }) {
 
 export class WeatherControls {
   constructor(parent, send) {
-    this.weather = { ...DEFAULT };
+    // Of the world, from its first state on.
+    this.weather = null;
+    this.canChange = true;
     this.inputs = {};
     for (const [field, name, min, max, step] of FIELDS) {
       const label = document.createElement("label"), input = document.createElement("input");
       const value = document.createElement("span");
-      Object.assign(input, { type: "range", min, max, step });
+      Object.assign(input, { type: "range", min, max, step, disabled: true });
       input.oninput = () => {
         const number = Number(input.value);
         Object.assign(this.weather, field === "hour" ? sunOf(number) : { [field]: number });
@@ -53,7 +52,6 @@ export class WeatherControls {
       parent.append(label);
       this.inputs[field] = { input, value };
     }
-    this.show();
   }
 
   // The weather that was set last, by whichever client.
@@ -67,6 +65,7 @@ export class WeatherControls {
 
   show() {
     for (const [field, { input, value }] of Object.entries(this.inputs)) {
+      input.disabled = !this.canChange;
       const number = field === "hour" ? hourOf(this.weather) : this.weather[field];
       if (document.activeElement !== input || field !== "hour") input.value = number;
       const shown = Number(input.value);
@@ -86,9 +85,11 @@ export function showDetails(table, details) {
     ["yaw", `${(details.yaw_rad * 180 / Math.PI).toFixed(1)}°`],
     ["speed", `${(Math.hypot(...details.velocity_mps) * 3.6).toFixed(1)} km/h`],
     ["velocity", three(details.velocity_mps, "m/s")],
-    ["acceleration", three(details.acceleration_mps2, "m/s²")],
-    ["rotation", three(details.angular_velocity_radps, "rad/s")],
   ];
+  if (details?.acceleration_mps2) {
+    rows.push(["acceleration", three(details.acceleration_mps2, "m/s²")],
+      ["rotation", three(details.angular_velocity_radps, "rad/s")]);
+  }
   if (details?.vehicle) {
     const { throttle, brake, steer, gear, engine_rpm } = details.vehicle;
     rows.push(["pedals", `throttle ${throttle.toFixed(2)}, brake ${brake.toFixed(2)}`],

@@ -9,6 +9,24 @@ const OTHER_LANE = "#3c4436";
 const VEHICLE = 1, WALKER = 2, LIGHT = 3;
 const PHASES = ["#e5484d", "#e8b33c", "#46a758", "#5c6570"];
 
+// Adds the area between two cross sections, each with a left and a right border. All areas have the same
+// orientation: in one path, areas of opposite orientation would cancel out where they overlap, as they
+// do in the narrow bends of junctions.
+function addQuad(path, [ax, ay, bx, by, cx, cy, dx, dy]) {
+  const add = (...points) => {
+    const area = points.reduce((sum, [x, y], i) => {
+      const [nextX, nextY] = points[(i + 1) % points.length];
+      return sum + x * nextY - nextX * y;
+    }, 0);
+    if (area < 0) points.reverse();
+    points.forEach(([x, y], i) => path[i ? "lineTo" : "moveTo"](x, y));
+    path.closePath();
+  };
+  // Two triangles: borders that meet or cross make no proper quadrilateral.
+  add([ax, ay], [bx, by], [dx, dy]);
+  add([ax, ay], [dx, dy], [cx, cy]);
+}
+
 export class MapView {
   constructor(canvas, onSelect) {
     this.canvas = canvas;
@@ -18,6 +36,8 @@ export class MapView {
     this.marker = null;
     this.followed = null;
     this.extents = [];
+    // Where the ego of a data set drives.
+    this.path = [];
     let drag = null;
     canvas.onpointerdown = (event) => {
       drag = { x: event.offsetX, y: event.offsetY, isMoved: false };
@@ -78,13 +98,11 @@ export class MapView {
       const { fill, edge } = paths.get(kind);
       for (let i = 0; i < count; i++) {
         const [x, y] = [numbers[4 * i], numbers[4 * i + 1]];
-        fill[i ? "lineTo" : "moveTo"](x, y);
+        if (i) addQuad(fill, numbers.subarray(4 * i - 4, 4 * i + 4));
         edge[i ? "lineTo" : "moveTo"](x, y);
         bounds[0] = Math.min(bounds[0], x); bounds[1] = Math.min(bounds[1], y);
         bounds[2] = Math.max(bounds[2], x); bounds[3] = Math.max(bounds[3], y);
       }
-      for (let i = count - 1; i >= 0; i--) fill.lineTo(numbers[4 * i + 2], numbers[4 * i + 3]);
-      fill.closePath();
     }
     // Driving lanes above the others.
     this.lanes = [...paths].sort(([a], [b]) => (a === 2) - (b === 2));
@@ -129,7 +147,15 @@ export class MapView {
         context.stroke(edge);
       }
     }
-    for (const actor of state?.actors ?? []) this.drawActor(context, actor, state, ratio / scale);
+    if (this.path.length) {
+      context.strokeStyle = "#ffb45499";
+      context.lineWidth = 2 * ratio / scale;
+      context.beginPath();
+      this.path.forEach(([x, y], i) => context[i ? "lineTo" : "moveTo"](x, y));
+      context.stroke();
+    }
+    state?.actors.forEach((actor, i) =>
+      this.drawActor(context, actor, state.extents_m?.[i], state, ratio / scale));
     if (this.marker) {
       context.strokeStyle = "#ffb454";
       context.lineWidth = 2 * ratio / scale;
@@ -140,7 +166,7 @@ export class MapView {
   }
 
   // `pixel` is the size of a pixel in metres: nothing is drawn smaller than a few of them.
-  drawActor(context, [id, kind, blueprint, x, y, , yaw, , state], { ego, selected }, pixel) {
+  drawActor(context, [id, kind, blueprint, x, y, , yaw, , state], own, { ego, selected }, pixel) {
     context.save();
     context.translate(x, y);
     if (kind === LIGHT) {
@@ -149,7 +175,7 @@ export class MapView {
       context.arc(0, 0, Math.max(0.5, 2.5 * pixel), 0, 2 * Math.PI);
       context.fill();
     } else {
-      const [length, width] = this.extents[blueprint] ?? [0.4, 0.4];
+      const [length, width] = own ?? this.extents[blueprint] ?? [0.4, 0.4];
       const [l, w] = [Math.max(length, 4 * pixel), Math.max(width, 2 * pixel)];
       context.rotate(yaw);
       context.fillStyle = id === ego ? "#ffb454" : kind === VEHICLE ? "#58a6ff"

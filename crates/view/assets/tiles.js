@@ -4,6 +4,8 @@ import { IMAGE } from "/connection.js";
 import { PointView } from "/points.js";
 
 const OUTPUTS = { color: "colour", depth: "depth", tags: "tags", instances: "instances", lidar: "lidar" };
+// What a tile of a data set shows first.
+const STORED_TILES = 3;
 const CARRIERS = { auto: "own or first vehicle", selected: "selected actor", world: "the marker" };
 // Position in the space of the carrier (metres), yaw, pitch (radians, positive looks down).
 const VIEWS = {
@@ -17,6 +19,8 @@ const FOV_RAD = Math.PI / 2;
 // What stands at the marker looks north-east and down from here.
 const WORLD_VIEW = [[-25, -25, 30], Math.PI / 4, 0.7];
 
+const isPng = (buffer) => new Uint8Array(buffer, 0, 1)[0] === 0x89;
+
 export class Tiles {
   constructor(parent, connection) {
     this.parent = parent;
@@ -24,41 +28,86 @@ export class Tiles {
     this.list = [];
     this.requested = null;
     this.tagColors = [];
+    this.sensors = null;
+    this.showsBoxes = true;
     const add = document.createElement("button");
     add.textContent = "Add a camera";
-    add.onclick = () => { if (this.list.length < 8) this.add("color", "front"); };
+    add.onclick = () => {
+      if (this.list.length >= 8) return;
+      if (this.sensors) this.addStored(Object.keys(this.sensorChoices())[0]);
+      else this.add("color", "front");
+    };
     parent.append(this.adder = add);
   }
 
-  begin(tagColors) {
+  // `sensors` of a data set: pairs of a name and its outputs.
+  begin(tagColors, sensors) {
     this.tagColors = tagColors;
     this.requested = null;
+    if (sensors) {
+      this.beginStored(sensors);
+      return;
+    }
     if (!this.list.length) {
       this.add("color", "chase");
       this.add("lidar", "front");
     }
   }
 
-  add(output, view) {
+  // The tiles of the scene before stay if this one has their sensors.
+  beginStored(sensors) {
+    const isOther = JSON.stringify(sensors) !== JSON.stringify(this.sensors);
+    this.sensors = sensors;
+    if (!isOther) return;
+    for (const tile of this.list.splice(0)) tile.box.remove();
+    const choices = Object.keys(this.sensorChoices());
+    const lidar = choices.filter((choice) => choice.endsWith("/lidar")).slice(0, 1);
+    const colors = choices.filter((choice) => choice.endsWith("/color"));
+    for (const choice of [...colors.slice(0, STORED_TILES - lidar.length), ...lidar]) this.addStored(choice);
+  }
+
+  // `front/color` and the like, by what a person reads.
+  sensorChoices() {
+    return Object.fromEntries(this.sensors.flatMap(([name, outputs]) =>
+      outputs.map((output) => [`${name}/${output}`, outputs.length > 1 ? `${name} · ${OUTPUTS[output]}` : name])));
+  }
+
+  addStored(choice) {
+    const tile = this.frame();
+    tile.source = this.choose(tile, this.sensorChoices(), choice, () => this.prepare(tile));
+    this.finish(tile);
+  }
+
+  frame() {
     const box = document.createElement("div");
     box.className = "tile";
     const bar = document.createElement("div");
     bar.className = "bar";
-    const tile = { box, bar, images: 0, rate: 0, since: performance.now() };
-    const choose = (options, value, onChange) => {
-      const select = document.createElement("select");
-      for (const [key, name] of Object.entries(options)) select.add(new Option(name, key));
-      select.value = value;
-      select.onchange = onChange ?? (() => {});
-      bar.append(select);
-      return select;
-    };
+    return { box, bar, images: 0, rate: 0, since: performance.now() };
+  }
+
+  choose(tile, options, value, onChange) {
+    const select = document.createElement("select");
+    for (const [key, name] of Object.entries(options)) select.add(new Option(name, key));
+    select.value = value;
+    select.onchange = onChange ?? (() => {});
+    tile.bar.append(select);
+    return select;
+  }
+
+  add(output, view) {
+    const tile = this.frame(), choose = (...choice) => this.choose(tile, ...choice);
     const names = (object) => Object.fromEntries(Object.keys(object).map((key) => [key, key]));
     tile.output = choose(OUTPUTS, output, () => this.prepare(tile));
     tile.carrier = choose(CARRIERS, "auto");
     tile.view = choose(names(VIEWS), view);
     tile.size = choose(names(SIZES), "640 × 360");
-    tile.colors = choose({ height: "height", tag: "tags" }, "tag", () => this.color(tile));
+    this.finish(tile);
+  }
+
+  finish(tile) {
+    const { box, bar } = tile;
+    tile.colors = this.choose(tile, { height: "height", tag: "tags" }, "tag", () => this.color(tile));
     tile.label = document.createElement("span");
     const close = document.createElement("button");
     close.textContent = "×";
@@ -79,13 +128,17 @@ export class Tiles {
     tile.canvas?.remove();
     tile.canvas = document.createElement("canvas");
     tile.box.append(tile.canvas);
-    const isLidar = tile.output.value === "lidar";
+    const isLidar = this.outputOf(tile) === "lidar";
     tile.canvas.style.aspectRatio = "16 / 9";
     tile.points = isLidar ? new PointView(tile.canvas, this.tagColors) : null;
-    tile.view.hidden = tile.size.hidden = isLidar;
+    if (tile.view) tile.view.hidden = tile.size.hidden = isLidar;
     tile.colors.hidden = !isLidar;
     this.color(tile);
     if (isLidar && !tile.points.gl) tile.label.textContent = "this browser has no WebGL";
+  }
+
+  outputOf(tile) {
+    return tile.output ? tile.output.value : tile.source.value.split("/")[1];
   }
 
   color(tile) {
@@ -96,15 +149,25 @@ export class Tiles {
 
   // Requests the tiles anew if what they stand for has changed.
   follow(state, marker) {
+    if (this.sensors) {
+      this.request("sensors", this.list.map((tile) => {
+        const [sensor, output] = tile.source.value.split("/");
+        return { sensor, output };
+      }));
+      return;
+    }
     const ids = new Set(state.actors.map(([id]) => id));
     const first = state.actors.find(([, kind]) => kind === 1)?.[0];
     const auto = ids.has(state.ego) ? state.ego : first;
-    const tiles = this.list.map((tile) => this.spec(tile, { auto, selected: state.selected?.id }, marker));
+    this.request("tiles",
+      this.list.map((tile) => this.spec(tile, { auto, selected: state.selected?.id }, marker)));
+  }
+
+  request(type, tiles) {
     const request = JSON.stringify(tiles);
-    if (request !== this.requested) {
-      this.requested = request;
-      this.connection.send({ type: "tiles", tiles });
-    }
+    if (request === this.requested) return;
+    this.requested = request;
+    this.connection.send({ type, tiles });
   }
 
   spec(tile, carriers, [x, y]) {
@@ -120,18 +183,37 @@ export class Tiles {
     return { output, on, position_m: position, yaw_rad: yaw, pitch_rad: pitch, size, fov_rad: FOV_RAD };
   }
 
+  // Keeps the boxes of the image that follows.
+  keepBoxes({ channel, frame, boxes }) {
+    if (this.list[channel]) this.list[channel].boxes = { frame, boxes };
+  }
+
+  drawBoxes(canvas, boxes) {
+    if (!this.showsBoxes) return;
+    const context = canvas.getContext("2d");
+    context.lineWidth = Math.max(1, canvas.width / 640);
+    context.font = `${Math.round(canvas.width / 60)}px system-ui, sans-serif`;
+    for (const [, tag, name, [left, top, right, bottom]] of boxes) {
+      const [r, g, b] = (this.tagColors[tag] ?? [128, 128, 128]).map((value) => 100 + value * 0.6);
+      context.strokeStyle = context.fillStyle = `rgb(${r} ${g} ${b})`;
+      context.strokeRect(left + 0.5, top + 0.5, right - left - 1, bottom - top - 1);
+      if (right - left > canvas.width / 20) context.fillText(name, left + 2, top - 3);
+    }
+  }
+
   // Draws a message of a tile; the acknowledgement lets the next one come.
   async show(kind, channel, frame, bytes) {
     const tile = this.list[channel];
     try {
       if (tile && kind === IMAGE && !tile.points) {
-        const image = await createImageBitmap(new Blob([bytes], { type: "image/jpeg" }));
+        const image = await createImageBitmap(new Blob([bytes], { type: isPng(bytes) ? "image/png" : "image/jpeg" }));
         const { canvas } = tile;
         if (canvas.width !== image.width || canvas.height !== image.height) {
           Object.assign(canvas, { width: image.width, height: image.height });
         }
         canvas.getContext("2d").drawImage(image, 0, 0);
         image.close();
+        if (tile.boxes?.frame === frame) this.drawBoxes(canvas, tile.boxes.boxes);
       } else if (tile && kind !== IMAGE && tile.points) {
         tile.points.load(bytes);
       }

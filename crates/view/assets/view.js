@@ -9,7 +9,7 @@ import { Tiles } from "/tiles.js";
 import { drawTimeline } from "/timeline.js";
 
 const at = (id) => document.getElementById(id);
-let state = null, isNew = false;
+let state = null, isNew = false, seeking = null, sought = -1e9;
 
 const say = (text) => { at("message").textContent = text; };
 const send = (message) => connection.send(message);
@@ -24,16 +24,25 @@ function read(message) {
   if (message.type === "state") {
     [state, isNew] = [message, true];
   } else if (message.type === "hello") {
-    at("title").textContent = `${message.instance} · ${message.map}`;
-    document.title = `${message.instance} · Omnibus`;
+    document.body.dataset.source = message.source;
+    at("title").textContent = `${message.name} · ${message.map}`;
+    document.title = `${message.name} · Omnibus`;
     map.extents = message.blueprints.map(([, extents]) => extents);
     const vehicles = message.blueprints.map(([id]) => id).filter((id) => id.startsWith("vehicle."));
     at("blueprint").replaceChildren(...vehicles.sort().map((id) => new Option(id.slice(8), id)));
     at("blueprint").value = "vehicle.tesla.model3";
-    tiles.begin(message.tag_colors);
+    const isStored = message.source === "data_set";
+    weather.canChange = !isStored;
+    at("timeline").hidden = isStored;
+    map.path = [];
+    tiles.begin(message.tag_colors, isStored ? message.sensors : null);
+  } else if (message.type === "path") {
+    map.path = message.points_m;
+  } else if (message.type === "boxes") {
+    tiles.keepBoxes(message);
   } else if (message.type === "error") {
     say(`${message.request}: ${message.message}`);
-  } else if (message.type === "done" && message.request !== "tiles") {
+  } else if (message.type === "done" && !/^(tiles|sensors)$/.test(message.request)) {
     say("");
     if (message.request === "spawn") send({ type: "select", id: message.id });
   }
@@ -49,17 +58,33 @@ function closed(why) {
   for (const button of document.querySelectorAll("button")) button.disabled = true;
 }
 
+// Which part of a recording is shown, or which client lets time pass.
+function showTime({ playback, pace, holds_tick, holder, plays }) {
+  const slider = at("seek");
+  slider.hidden = !playback;
+  if (!playback) {
+    const ticker = holds_tick ? "this page" : holder;
+    at("tick").textContent = pace.replace("_", " ") + (ticker ? ` · ${ticker} holds the tick` : "");
+    return;
+  }
+  const where = playback.unit === "s"
+    ? `${playback.at.toFixed(2)} of ${playback.last.toFixed(2)} s` : `${playback.at + 1} of ${playback.last + 1}`;
+  at("tick").textContent = `${where}${plays ? "" : " · paused"}`;
+  Object.assign(slider, { max: playback.last, step: playback.step });
+  // What was moved just now is on its way.
+  if (!seeking && performance.now() - sought > 500) slider.value = playback.at;
+}
+
 function show() {
   requestAnimationFrame(show);
   if (isNew) {
     isNew = false;
     connection.acknowledge(STATE_CHANNEL);
-    const holder = state.holds_tick ? "this page" : state.holder;
     at("clock").textContent = `frame ${state.frame} · ${state.sim_time_s.toFixed(2)} s`;
-    at("tick").textContent = state.pace.replace("_", " ") +
-      (holder ? ` · ${holder} holds the tick` : "");
-    at("pause").disabled = state.holds_tick && !state.plays;
+    showTime(state);
+    at("pause").disabled = (state.playback || state.holds_tick) && !state.plays;
     at("play").disabled = state.plays || (state.pace !== "synchronous");
+    at("step").disabled = state.playback && state.playback.at >= state.playback.last;
     at("destroy").disabled = !state.selected;
     const ego = state.actors.find(([id]) => id === state.ego);
     at("autopilot").disabled = !ego;
@@ -77,7 +102,15 @@ function show() {
 }
 requestAnimationFrame(show);
 
+// At most ten a second while the slider moves.
+at("seek").oninput = () => {
+  seeking ??= setTimeout(() => {
+    [seeking, sought] = [null, performance.now()];
+    send({ type: "seek", to: Number(at("seek").value) });
+  }, 100);
+};
 for (const name of ["pause", "step", "play"]) at(name).onclick = () => send({ type: name });
+at("boxes").onchange = (event) => { tiles.showsBoxes = event.target.checked; };
 at("destroy").onclick = () => send({ type: "destroy", id: state.selected.id });
 at("autopilot").onchange = (event) => {
   send({ type: "autopilot", on: event.target.checked });

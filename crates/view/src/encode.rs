@@ -3,7 +3,10 @@
 use client_lib::{DEPTH_FAR_M, Measurement, Tag};
 use jpeg_encoder::{ColorType, Encoder, EncodingError};
 
-use crate::message::{Output, binary, kind};
+use crate::{
+    data_set::Measured,
+    message::{Output, binary, kind},
+};
 
 /// Quality of the JPEG images: artefacts are not visible on a screen at this one.
 const QUALITY: u8 = 85;
@@ -22,32 +25,74 @@ pub(crate) fn message(
     channel: u32,
 ) -> Result<Option<Vec<u8>>, EncodingError> {
     let frame = measured.frame().0;
-    let jpeg = |[width, height]: [u32; 2], pixels: &[u8], colors| {
-        let mut bytes = binary(kind::IMAGE, channel, frame);
-        let encoder = Encoder::new(&mut bytes, QUALITY);
-        encoder.encode(pixels, width as u16, height as u16, colors).map(|()| bytes)
-    };
+    let jpeg = |size, pixels: &[u8], colors| jpeg((channel, frame), size, pixels, colors);
     let encoded = match output {
         Output::Color => measured.color_image(sensor).map(|image| {
             jpeg([image.width, image.height], image.data.as_flattened(), ColorType::Rgba)
         }),
-        Output::Depth => measured.depth_image(sensor).map(|image| {
-            let greys: Vec<u8> = image.data.iter().map(|depth| grey_of(*depth)).collect();
-            jpeg([image.width, image.height], &greys, ColorType::Luma)
-        }),
+        Output::Depth => measured
+            .depth_image(sensor)
+            .map(|image| jpeg([image.width, image.height], &greys(image.data), ColorType::Luma)),
         Output::Tags => measured.tag_image(sensor).map(|image| {
-            let colors: Vec<u8> = image.data.iter().flat_map(|tag| color_of_tag(*tag)).collect();
-            jpeg([image.width, image.height], &colors, ColorType::Rgb)
+            jpeg([image.width, image.height], &tag_colors(image.data), ColorType::Rgb)
         }),
         Output::Instances => measured.instance_image(sensor).map(|image| {
-            let colors: Vec<u8> = image.data.iter().flat_map(|id| color_of_instance(*id)).collect();
-            jpeg([image.width, image.height], &colors, ColorType::Rgb)
+            jpeg([image.width, image.height], &instance_colors(image.data), ColorType::Rgb)
         }),
         Output::Lidar => measured.point_cloud(sensor).map(|cloud| {
             Ok(points(binary(kind::POINTS, channel, frame), cloud.points, cloud.labels))
         }),
     };
     encoded.transpose()
+}
+
+/// Returns the message of one output of a data set.
+///
+/// # Errors
+///
+/// [`EncodingError`] if the image is too large for JPEG.
+pub(crate) fn stored(
+    measured: &Measured,
+    channel: u32,
+    frame: u64,
+) -> Result<Vec<u8>, EncodingError> {
+    let at = (channel, frame);
+    match measured {
+        Measured::Color(file) => {
+            let mut bytes = binary(kind::IMAGE, channel, frame);
+            bytes.extend(file);
+            Ok(bytes)
+        }
+        Measured::Depth { size, depths_m } => jpeg(at, *size, &greys(depths_m), ColorType::Luma),
+        Measured::Tags { size, codes } => jpeg(at, *size, &tag_colors(codes), ColorType::Rgb),
+        Measured::Instances { size, ids } => jpeg(at, *size, &instance_colors(ids), ColorType::Rgb),
+        Measured::Points { points: cloud, labels } => {
+            Ok(points(binary(kind::POINTS, channel, frame), cloud, labels))
+        }
+    }
+}
+
+fn jpeg(
+    (channel, frame): (u32, u64),
+    [width, height]: [u32; 2],
+    pixels: &[u8],
+    colors: ColorType,
+) -> Result<Vec<u8>, EncodingError> {
+    let mut bytes = binary(kind::IMAGE, channel, frame);
+    let encoder = Encoder::new(&mut bytes, QUALITY);
+    encoder.encode(pixels, width as u16, height as u16, colors).map(|()| bytes)
+}
+
+fn greys(depths_m: &[f32]) -> Vec<u8> {
+    depths_m.iter().map(|depth| grey_of(*depth)).collect()
+}
+
+fn tag_colors(codes: &[u8]) -> Vec<u8> {
+    codes.iter().flat_map(|code| color_of_tag(*code)).collect()
+}
+
+fn instance_colors(ids: &[u32]) -> Vec<u8> {
+    ids.iter().flat_map(|id| color_of_instance(*id)).collect()
 }
 
 /// Returns CARLA's logarithmic grey of a depth: black near, white at [`DEPTH_FAR_M`].

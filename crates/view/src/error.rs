@@ -42,6 +42,18 @@ pub enum ViewError {
         /// The largest size.
         most: [u32; 2],
     },
+    /// A page of a data set requests what a simulator does.
+    #[error("a data set has no simulator; omnibus run starts one")]
+    NoSimulator,
+    /// A page of a simulator requests sensors of a data set.
+    #[error("a simulator has no sensors by name; request tiles")]
+    NoDataSet,
+    /// There is no frame after the last of a recording or a data set.
+    #[error("this is the last frame")]
+    LastFrame,
+    /// What is shown has no length.
+    #[error("a running simulator has no other part to be shown; seek in a recording or a data set")]
+    NoLength,
     /// The server cannot be started, or has failed.
     #[error("server: {0}")]
     Server(#[from] io::Error),

@@ -8,6 +8,8 @@ use serde::{Deserialize, Serialize};
 pub(crate) enum Request {
     /// Replaces the tiles of the page; the channel of a tile is its place in the list.
     Tiles { tiles: Vec<Tile> },
+    /// Replaces the tiles of a page of a data set.
+    Sensors { tiles: Vec<SensorTile> },
     /// A message of this channel was drawn.
     Ack { channel: u32 },
     /// Shows the details of an actor with each state.
@@ -28,6 +30,9 @@ pub(crate) enum Request {
     Step {},
     /// Lets time pass.
     Play {},
+    /// Shows another part of a recording (seconds since its start) or of a data set (the index of a
+    /// frame).
+    Seek { to: f64 },
 }
 
 impl Request {
@@ -35,6 +40,7 @@ impl Request {
     pub(crate) fn name(&self) -> &'static str {
         match self {
             Request::Tiles { .. } => "tiles",
+            Request::Sensors { .. } => "sensors",
             Request::Ack { .. } => "ack",
             Request::Select { .. } => "select",
             Request::Drive(_) => "drive",
@@ -45,6 +51,7 @@ impl Request {
             Request::Pause {} => "pause",
             Request::Step {} => "step",
             Request::Play {} => "play",
+            Request::Seek { .. } => "seek",
         }
     }
 }
@@ -68,6 +75,14 @@ pub(crate) struct Tile {
     pub(crate) fov_rad: f32,
 }
 
+/// One picture of a page of a data set.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct SensorTile {
+    pub(crate) output: Output,
+    pub(crate) sensor: String,
+}
+
 /// What a tile shows.
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
@@ -77,6 +92,19 @@ pub(crate) enum Output {
     Tags,
     Instances,
     Lidar,
+}
+
+impl Output {
+    /// Returns the name.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Output::Color => "color",
+            Output::Depth => "depth",
+            Output::Tags => "tags",
+            Output::Instances => "instances",
+            Output::Lidar => "lidar",
+        }
+    }
 }
 
 /// Pedals and wheel.
@@ -161,15 +189,24 @@ impl From<client_lib::Weather> for Sky {
 #[derive(Clone, Debug, Serialize)]
 #[serde(tag = "type", rename_all = "snake_case")]
 pub(crate) enum Reply<'a> {
-    /// The simulator: first of all, and after another map was loaded.
+    /// What is shown: first of all, and after another map was loaded.
     Hello {
-        instance: &'a str,
+        /// `simulator`, `recording` or `data_set`.
+        source: &'a str,
+        /// The name of the simulator, of the recording or of the scene.
+        name: &'a str,
         map: &'a str,
         /// Id and half extents of the bounding box, metres.
         blueprints: Vec<(&'a str, [f32; 3])>,
         /// Colours of semantic tags by code, sRGB.
         tag_colors: Vec<[u8; 3]>,
+        /// Sensors of a data set, with their outputs.
+        sensors: &'a [(String, Vec<&'static str>)],
     },
+    /// Where the ego of a scene is in each frame: x, y, metres.
+    Path { points_m: &'a [[f32; 2]] },
+    /// What the image of a tile that follows shows.
+    Boxes { channel: u32, frame: u64, boxes: Vec<BoxLine<'a>> },
     /// A request was carried out.
     Done { request: &'static str, id: Option<u32> },
     /// A request was not carried out.
@@ -178,12 +215,21 @@ pub(crate) enum Reply<'a> {
     Ended { message: String },
 }
 
+/// Id, semantic tag, its name, and left, top, right, bottom edge in pixels.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct BoxLine<'a>(
+    pub(crate) u32,
+    pub(crate) u8,
+    pub(crate) &'a str,
+    pub(crate) [u32; 4],
+);
+
 /// The channel of states, in acknowledgements.
 pub(crate) const STATE_CHANNEL: u32 = 255;
 
 /// Kinds of binary messages.
 pub(crate) mod kind {
-    /// A JPEG file.
+    /// A JPEG file, or a PNG file of a data set.
     pub(crate) const IMAGE: u32 = 1;
     /// Points of a lidar: 8 bytes each.
     pub(crate) const POINTS: u32 = 2;

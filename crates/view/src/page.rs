@@ -2,6 +2,7 @@
 
 use std::{
     sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, Ordering},
         mpsc::{Receiver, RecvTimeoutError},
     },
@@ -13,14 +14,14 @@ use client_lib::{
     ActorId, Client, ClientError, Command, Pose, RefusalCode, Spawn, Tag, VehicleControl, Waiter,
     wire,
 };
-use serde::Serialize;
-use tokio::sync::mpsc::Sender;
 
 use crate::{
     ViewError,
     flow::Flow,
     map,
     message::{Pedals, Reply, Request, STATE_CHANNEL, SpawnRequest},
+    outbox::Outbox,
+    player::Player,
     state::{Own, State},
     tiles::Tiles,
     time_control::TimeControl,
@@ -44,38 +45,21 @@ pub(crate) struct Page {
     is_ego_seen: bool,
     tiles: Tiles,
     time: TimeControl,
-}
-
-/// Messages on their way to the page. It has room for all that the flows allow and for the replies to
-/// the requests that were not read; a page that lets it fill up is not served any longer.
-struct Outbox {
-    messages: Sender<Message>,
-    is_full: bool,
-}
-
-impl Outbox {
-    fn send(&mut self, message: Message) -> bool {
-        let is_sent = self.messages.try_send(message).is_ok();
-        self.is_full |= !is_sent;
-        is_sent
-    }
-
-    fn text(&mut self, message: &impl Serialize) -> bool {
-        let text = serde_json::to_string(message).expect("no map with keys other than strings");
-        self.send(Message::text(text))
-    }
+    /// The player of a recording, in place of `time`, and how often it had looked for another part.
+    player: Option<Arc<Mutex<Player>>>,
+    seeks: u64,
 }
 
 impl Page {
     /// Serves the page until its connection or the simulator ends, or `stop` is set.
     pub(crate) fn serve(
         mut client: Client,
+        player: Option<Arc<Mutex<Player>>>,
         requests: &Receiver<String>,
-        messages: Sender<Message>,
+        outbox: Outbox,
         stop: &AtomicBool,
     ) {
         let waiter = client.observer().waiter();
-        let outbox = Outbox { messages, is_full: false };
         let mut page = Page {
             client,
             waiter,
@@ -88,6 +72,8 @@ impl Page {
             is_ego_seen: false,
             tiles: Tiles::default(),
             time: TimeControl::default(),
+            player,
+            seeks: 0,
         };
         let message = match page.run(requests, stop) {
             Ok(()) => "the viewer has ended".to_owned(),
@@ -98,24 +84,24 @@ impl Page {
     }
 
     /// Says why there is nothing to be served.
-    pub(crate) fn refuse_all(messages: &Sender<Message>, why: &ClientError) {
-        let mut outbox = Outbox { messages: messages.clone(), is_full: false };
+    pub(crate) fn refuse_all(mut outbox: Outbox, why: &ClientError) {
         outbox.text(&Reply::Ended { message: why.to_string() });
     }
 
     fn run(&mut self, requests: &Receiver<String>, stop: &AtomicBool) -> Result<(), ClientError> {
         self.client.follow_wire_commands()?;
-        while !stop.load(Ordering::Acquire) && !self.outbox.is_full {
+        while !stop.load(Ordering::Acquire) && !self.outbox.is_full() {
             // Without waiting: whether the host has ended.
             self.waiter.next_frame(self.client.frame(), Duration::ZERO)?;
             self.client.refresh()?;
             self.follow_episode()?;
             self.follow_commands();
-            if let Err(e) = self.time.tick_if_due(&mut self.client) {
+            let (ticked, due) = self.tick_if_due();
+            if let Err(e) = ticked {
                 self.refuse("play", &ended(e.into())?);
             }
             self.send()?;
-            let wait = self.time.until_due(Instant::now()).unwrap_or(LOOK_EVERY).min(LOOK_EVERY);
+            let wait = due.unwrap_or(LOOK_EVERY).min(LOOK_EVERY);
             let mut next = requests.recv_timeout(wait);
             while let Ok(text) = next {
                 self.answer(&text)?;
@@ -128,20 +114,47 @@ impl Page {
         Ok(())
     }
 
+    /// Lets time pass as far as that is this page's part; returns the time until it is due again.
+    fn tick_if_due(&mut self) -> (Result<(), ClientError>, Option<Duration>) {
+        let Some(player) = &self.player else {
+            let ticked = self.time.tick_if_due(&mut self.client).map(drop);
+            return (ticked, self.time.until_due(Instant::now()));
+        };
+        let mut player = locked(player);
+        let ticked = player.tick_if_due();
+        (self.own.plays, self.own.playback) = (player.plays(), Some(player.playback()));
+        if self.seeks != player.seeks() {
+            self.seeks = player.seeks();
+            self.tiles.remount();
+            self.is_changed = true;
+        }
+        (ticked, player.until_due(Instant::now()))
+    }
+
     /// Says which world this is, first of all and whenever another was loaded.
     fn follow_episode(&mut self) -> Result<(), ClientError> {
         if self.episode == self.client.episode() {
             return Ok(());
         }
         self.episode = self.client.episode();
-        (self.own, self.tiles, self.is_changed) = (Own::default(), Tiles::default(), true);
-        let map = self.client.instance().episode()?.map;
+        let weather = Some(self.client.weather()?.into());
+        self.own = Own { weather, ..Own::default() };
+        (self.tiles, self.is_changed) = (Tiles::default(), true);
+        let [name, map] = match &self.player {
+            Some(player) => locked(player).title(),
+            None => {
+                let instance = self.client.instance();
+                [instance.id().to_owned(), instance.episode()?.map]
+            }
+        };
         let blueprints = self.client.blueprints().iter();
         self.outbox.text(&Reply::Hello {
-            instance: self.client.instance().id(),
+            source: if self.player.is_some() { "recording" } else { "simulator" },
+            name: &name,
             map: &map,
             blueprints: blueprints.map(|b| (b.id.as_str(), b.half_extents_m)).collect(),
             tag_colors: Tag::ALL.iter().map(|tag| tag.color()).collect(),
+            sensors: &[],
         });
         let lanes = map::message(&*self.client.map()?);
         self.outbox.send(Message::binary(lanes));
@@ -178,7 +191,9 @@ impl Page {
         }
         let (now, frame) = (Instant::now(), self.client.frame().0);
         if (frame != self.sent || self.is_changed) && self.state.is_open(now) {
-            self.own.plays = self.time.plays();
+            if self.player.is_none() {
+                self.own.plays = self.time.plays();
+            }
             if self.outbox.text(&State::new(&self.client, &self.own)) {
                 self.state.send(now);
                 (self.sent, self.is_changed) = (frame, false);
@@ -226,7 +241,13 @@ impl Page {
     fn perform(&mut self, request: Request) -> Result<Option<u32>, ViewError> {
         self.is_changed = true;
         match request {
-            Request::Tiles { tiles } => self.tiles.replace(&mut self.client, &tiles)?,
+            Request::Sensors { .. } => return Err(ViewError::NoDataSet),
+            Request::Tiles { tiles } => {
+                self.tiles.replace(&mut self.client, &tiles)?;
+                if let Some(player) = &self.player {
+                    locked(player).refresh()?;
+                }
+            }
             Request::Select { id } => self.own.selected = id.map(ActorId),
             Request::Spawn(spawn) => return self.spawn(&spawn).map(|id| Some(id.0)),
             Request::Destroy { id } => self.client.destroy(ActorId(id))?,
@@ -237,9 +258,21 @@ impl Page {
                 self.client.set_weather(sky.into())?;
                 self.own.weather = Some(sky);
             }
-            Request::Pause {} => self.time.pause(&mut self.client)?,
-            Request::Step {} => self.time.step(&mut self.client)?,
-            Request::Play {} => self.time.play(&mut self.client)?,
+            Request::Pause {} => match &self.player {
+                Some(player) => locked(player).pause()?,
+                None => self.time.pause(&mut self.client)?,
+            },
+            Request::Step {} => match &self.player {
+                Some(player) => locked(player).step()?,
+                None => self.time.step(&mut self.client)?,
+            },
+            Request::Play {} => match &self.player {
+                Some(player) => locked(player).play()?,
+                None => self.time.play(&mut self.client)?,
+            },
+            Request::Seek { to } => {
+                locked(self.player.as_ref().ok_or(ViewError::NoLength)?).seek(to)?;
+            }
             Request::Ack { .. } | Request::Drive(_) => {}
         }
         Ok(None)
@@ -317,6 +350,11 @@ impl Page {
         // If the simulator has ended, nothing is left to be done.
         let _ = self.time.release(&mut self.client);
     }
+}
+
+/// A page whose thread has panicked leaves a player that can be used.
+fn locked(player: &Mutex<Player>) -> MutexGuard<'_, Player> {
+    player.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns the text of an error that concerns one request only.

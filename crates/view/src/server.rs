@@ -26,7 +26,15 @@ use axum::{
 use client_lib::{Client, ClientError, Deadlines, Frame, Strategy, Waiter};
 use tokio::{net::TcpListener, runtime, sync::mpsc, time};
 
-use crate::{ViewError, assets, guard, page::Page};
+use crate::{
+    ViewError, assets,
+    data_set::DataSet,
+    guard,
+    outbox::Outbox,
+    page::Page,
+    player::{Player, Recording},
+    stored_page::StoredPage,
+};
 
 /// Pages that are open at a time; each is a client of the simulator, which has 32 places.
 const PAGES_MAX: usize = 4;
@@ -43,11 +51,22 @@ const LAST_WORDS: Duration = Duration::from_secs(1);
 /// For a frame that a page requests, and for outcomes: a page that waits for them shows nothing new.
 const PATIENCE: Duration = Duration::from_secs(10);
 
-/// Which simulator to show, and where.
-#[derive(Clone, Debug)]
+/// What is shown.
+#[derive(Clone)]
+pub enum Source {
+    /// The running simulator of this name; `None`: the only one that runs.
+    Simulator(Option<String>),
+    /// A recording.
+    Recording(Recording),
+    /// A data set.
+    DataSet(Arc<dyn DataSet>),
+}
+
+/// What to show, and where.
+#[derive(Clone)]
 pub struct ViewOptions {
-    /// The name of the simulator; `None`: the only one that runs.
-    pub instance: Option<String>,
+    /// What is shown.
+    pub source: Source,
     /// The address to listen on.
     pub listen: IpAddr,
     /// The port; 0: any that is free.
@@ -68,20 +87,31 @@ pub struct Viewer {
     listener: std::net::TcpListener,
     address: SocketAddr,
     shared: Arc<Shared>,
-    waiter: Waiter,
+    /// Of a simulator.
+    waiter: Option<Waiter>,
     /// Keeps the place of a client, so that a full simulator is an error at the start.
-    _client: Client,
+    _client: Option<Client>,
 }
 
 /// What all pages share.
 struct Shared {
-    instance: String,
+    shown: Shown,
     listen: IpAddr,
     stop: AtomicBool,
     /// The threads of pages.
     threads: Mutex<Vec<JoinHandle<()>>>,
     /// The number of open sockets.
     sockets: AtomicUsize,
+}
+
+/// What every page shows.
+enum Shown {
+    /// A simulator, and the player of the recording that it replays.
+    Simulator {
+        instance: String,
+        player: Option<Arc<Mutex<Player>>>,
+    },
+    DataSet(Arc<dyn DataSet>),
 }
 
 impl Shared {
@@ -97,8 +127,6 @@ impl Viewer {
     ///
     /// [`ViewError`]: there is no such simulator, or the address cannot be listened on.
     pub fn start(options: &ViewOptions) -> Result<Viewer, ViewError> {
-        let mut client = Client::connect(options.instance.as_deref(), "view")?;
-        let waiter = client.observer().waiter();
         let address = SocketAddr::new(options.listen, options.port);
         let listen = || {
             let listener = std::net::TcpListener::bind(address)?;
@@ -107,8 +135,24 @@ impl Viewer {
         };
         let (address, listener) =
             listen().map_err(|source| ViewError::Listen { address, source })?;
+        let (shown, waiter, client) = match &options.source {
+            Source::Simulator(instance) => {
+                let mut client = Client::connect(instance.as_deref(), "view")?;
+                let waiter = client.observer().waiter();
+                let instance = client.instance().id().to_owned();
+                (Shown::Simulator { instance, player: None }, Some(waiter), Some(client))
+            }
+            Source::Recording(recording) => {
+                let mut client = connect(&recording.instance)?;
+                let waiter = client.observer().waiter();
+                let player = Some(Arc::new(Mutex::new(Player::start(client, recording)?)));
+                let instance = recording.instance.clone();
+                (Shown::Simulator { instance, player }, Some(waiter), None)
+            }
+            Source::DataSet(set) => (Shown::DataSet(Arc::clone(set)), None, None),
+        };
         let shared = Arc::new(Shared {
-            instance: client.instance().id().to_owned(),
+            shown,
             listen: options.listen,
             stop: AtomicBool::new(false),
             threads: Mutex::default(),
@@ -117,10 +161,13 @@ impl Viewer {
         Ok(Viewer { listener, address, shared, waiter, _client: client })
     }
 
-    /// The name of the simulator.
+    /// The name of the simulator; `None` of a data set.
     #[must_use]
-    pub fn instance(&self) -> &str {
-        &self.shared.instance
+    pub fn instance(&self) -> Option<&str> {
+        match &self.shared.shown {
+            Shown::Simulator { instance, .. } => Some(instance),
+            Shown::DataSet(_) => None,
+        }
     }
 
     /// The address that it listens on.
@@ -149,7 +196,8 @@ impl Viewer {
                 if stop.load(Ordering::Acquire) {
                     break Ended::Stopped;
                 }
-                if self.waiter.next_frame(NEVER, Duration::ZERO).is_err() {
+                let waiter = self.waiter.as_ref();
+                if waiter.is_some_and(|waiter| waiter.next_frame(NEVER, Duration::ZERO).is_err()) {
                     break Ended::SimulatorEnded;
                 }
                 time::sleep(LOOK_EVERY).await;
@@ -217,12 +265,18 @@ async fn open_page(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade)
     };
     let (requests, received) = sync_channel(QUEUE);
     let (outbox, messages) = mpsc::channel(QUEUE);
+    let outbox = Outbox::new(outbox);
     // It connects in its thread: that may wait for the host.
     let serve = {
         let shared = Arc::clone(&shared);
-        move || match connect(&shared.instance) {
-            Ok(client) => Page::serve(client, &received, outbox, &shared.stop),
-            Err(e) => Page::refuse_all(&outbox, &e),
+        move || match &shared.shown {
+            Shown::DataSet(set) => StoredPage::serve(&**set, &received, outbox, &shared.stop),
+            Shown::Simulator { instance, player } => match connect(instance) {
+                Ok(client) => {
+                    Page::serve(client, player.clone(), &received, outbox, &shared.stop);
+                }
+                Err(e) => Page::refuse_all(outbox, &e),
+            },
         }
     };
     let thread = std::thread::Builder::new().name("view-page".to_owned()).spawn(serve);

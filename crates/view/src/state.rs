@@ -1,11 +1,14 @@
 //! The world at one frame, as a page shows it.
 
 use client_lib::{
-    Actor, ActorFlags, ActorId, ActorKind, Client, Frame, LightPhase, Pace, StageClock,
+    Actor, ActorFlags, ActorId, ActorKind, Client, Frame, LightPhase, Pace, Pose, StageClock,
 };
 use serde::Serialize;
 
-use crate::message::Sky;
+use crate::{
+    data_set::{StoredActor, StoredFrame},
+    message::Sky,
+};
 
 /// Frames back from the newest that are looked through: fewer than the stage clock keeps.
 const LOOK_BACK: u64 = 48;
@@ -24,14 +27,30 @@ pub(crate) struct State<'a> {
     holder: Option<String>,
     /// Whether that is this page.
     holds_tick: bool,
-    /// Whether time passes by this page's ticks.
+    /// Whether time passes by this page's ticks, or by the player of a recording.
     plays: bool,
+    /// Which part of a recording is shown.
+    playback: Option<Playback>,
     ego: Option<u32>,
-    /// `None` as long as no weather was set since the page was opened.
     weather: Option<Sky>,
     actors: Vec<ActorLine>,
+    /// Half of length and width of each actor of a data set, metres.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    extents_m: Option<Vec<[f32; 2]>>,
     selected: Option<Details<'a>>,
     timeline: Option<Timeline>,
+}
+
+/// Which part of something that has a length is shown.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub(crate) struct Playback {
+    /// What is shown now, and the last that can be.
+    pub(crate) at: f64,
+    pub(crate) last: f64,
+    /// From one frame to the next.
+    pub(crate) step: f64,
+    /// `s` or `frame`.
+    pub(crate) unit: &'static str,
 }
 
 /// What a page knows beside the world.
@@ -41,6 +60,7 @@ pub(crate) struct Own {
     pub(crate) selected: Option<ActorId>,
     pub(crate) weather: Option<Sky>,
     pub(crate) plays: bool,
+    pub(crate) playback: Option<Playback>,
 }
 
 /// Id, kind, index of the blueprint, x, y, z, yaw, speed, and the phase of a traffic light or
@@ -56,8 +76,10 @@ struct Details<'a> {
     position_m: [f32; 3],
     yaw_rad: f32,
     velocity_mps: [f32; 3],
-    acceleration_mps2: [f32; 3],
-    angular_velocity_radps: [f32; 3],
+    #[serde(skip_serializing_if = "Option::is_none")]
+    acceleration_mps2: Option<[f32; 3]>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    angular_velocity_radps: Option<[f32; 3]>,
     /// The names of its states, as `AUTOPILOT`.
     flags: Vec<&'static str>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -101,11 +123,41 @@ impl<'a> State<'a> {
             holder: holder(client),
             holds_tick: client.holds_tick(),
             plays: own.plays,
+            playback: own.playback,
             ego: own.ego.map(|ego| ego.0),
             weather: own.weather,
             actors: world.actors().iter().map(line).collect(),
+            extents_m: None,
             selected: own.selected.and_then(|id| Some(details(client, world.actor(id)?))),
             timeline: timeline(client, world.frame()),
+        }
+    }
+}
+
+impl<'a> State<'a> {
+    /// Returns a frame of a data set.
+    pub(crate) fn of_stored(
+        frame: &'a StoredFrame,
+        selected: Option<u32>,
+        plays: bool,
+        playback: Playback,
+    ) -> State<'a> {
+        let selected = frame.actors.iter().find(|actor| Some(actor.id) == selected);
+        State {
+            frame: frame.frame,
+            sim_time_s: frame.sim_time.as_secs_f64(),
+            pace: "synchronous",
+            delta_s: 0.0,
+            holder: None,
+            holds_tick: false,
+            plays,
+            playback: Some(playback),
+            ego: Some(frame.ego),
+            weather: Some(frame.weather.into()),
+            actors: frame.actors.iter().map(line_of_stored).collect(),
+            extents_m: Some(frame.actors.iter().map(|actor| actor.half_extents_m).collect()),
+            selected: selected.map(details_of_stored),
+            timeline: None,
         }
     }
 }
@@ -116,42 +168,63 @@ fn holder(client: &Client) -> Option<String> {
     control.ticker().map(|slot| control.slot(slot).name().to_string())
 }
 
-fn yaw_rad(actor: &Actor) -> f32 {
-    let ahead = actor.pose().rotation() * client_lib::glam::Vec3::X;
+fn yaw_rad(pose: &Pose) -> f32 {
+    let ahead = pose.rotation() * client_lib::glam::Vec3::X;
     ahead.y.atan2(ahead.x)
 }
 
 fn line(actor: &Actor) -> ActorLine {
-    let [x, y, z] = actor.position().to_array();
-    let (kind, state) = match actor.kind() {
-        ActorKind::Vehicle => (1, actor.flags().contains(ActorFlags::AUTOPILOT).into()),
-        ActorKind::Walker => (2, 0),
-        ActorKind::TrafficLight => (3, actor.traffic_light().map_or(0, |light| light.phase as u8)),
-        _ => (4, 0),
+    let is_driven = actor.flags().contains(ActorFlags::AUTOPILOT);
+    let state = state_of(actor.kind(), is_driven, actor.traffic_light().map(|light| light.phase));
+    let (id, place, speed) = (actor.id().0, actor.pose(), actor.speed_mps());
+    rounded(id, actor.kind(), actor.blueprint(), &place, speed, state)
+}
+
+fn line_of_stored(actor: &StoredActor) -> ActorLine {
+    let speed = client_lib::glam::Vec3::from_array(actor.velocity_mps).length();
+    let state = state_of(actor.kind, false, actor.phase);
+    rounded(actor.id, actor.kind, 0, &actor.pose, speed, state)
+}
+
+fn state_of(kind: ActorKind, is_driven: bool, phase: Option<LightPhase>) -> u8 {
+    match kind {
+        ActorKind::Vehicle => is_driven.into(),
+        _ => phase.map_or(0, |phase| phase as u8),
+    }
+}
+
+fn rounded(
+    id: u32,
+    kind: ActorKind,
+    blueprint: usize,
+    pose: &Pose,
+    speed_mps: f32,
+    state: u8,
+) -> ActorLine {
+    let kind = match kind {
+        ActorKind::Vehicle => 1,
+        ActorKind::Walker => 2,
+        ActorKind::TrafficLight => 3,
+        _ => 4,
     };
     // A centimetre and a thousandth of a radian are less than a page shows.
     let cut = |number: f32, unit: f32| (number * unit).round() / unit;
-    let yaw = cut(yaw_rad(actor), 1000.0);
-    let [x, y, z, speed] = [x, y, z, actor.speed_mps()].map(|number| cut(number, 100.0));
-    (actor.id().0, kind, actor.blueprint(), x, y, z, yaw, speed, state)
+    let yaw = cut(yaw_rad(pose), 1000.0);
+    let [x, y, z] = pose.position_m.map(|number| cut(number, 100.0));
+    (id, kind, blueprint, x, y, z, yaw, cut(speed_mps, 100.0), state)
 }
 
 fn details<'a>(client: &'a Client, actor: &Actor) -> Details<'a> {
     let blueprint = client.blueprints().get(actor.blueprint());
     Details {
         id: actor.id().0,
-        kind: match actor.kind() {
-            ActorKind::Vehicle => "vehicle",
-            ActorKind::Walker => "walker",
-            ActorKind::TrafficLight => "traffic light",
-            _ => "prop",
-        },
+        kind: name_of(actor.kind()),
         blueprint: blueprint.map_or("", |blueprint| &blueprint.id),
         position_m: actor.position().to_array(),
-        yaw_rad: yaw_rad(actor),
+        yaw_rad: yaw_rad(&actor.pose()),
         velocity_mps: actor.velocity().to_array(),
-        acceleration_mps2: actor.acceleration().to_array(),
-        angular_velocity_radps: actor.angular_velocity().to_array(),
+        acceleration_mps2: Some(actor.acceleration().to_array()),
+        angular_velocity_radps: Some(actor.angular_velocity().to_array()),
         flags: actor.flags().iter_names().map(|(name, _)| name).collect(),
         vehicle: actor.vehicle().map(|state| Driving {
             throttle: state.throttle,
@@ -162,12 +235,41 @@ fn details<'a>(client: &'a Client, actor: &Actor) -> Details<'a> {
             lights: state.lights.bits(),
             doors: state.doors.bits(),
         }),
-        phase: actor.traffic_light().map(|light| match light.phase {
-            LightPhase::Red => "red",
-            LightPhase::Yellow => "yellow",
-            LightPhase::Green => "green",
-            LightPhase::Off => "off",
-        }),
+        phase: actor.traffic_light().map(|light| name_of_phase(light.phase)),
+    }
+}
+
+fn details_of_stored(actor: &StoredActor) -> Details<'_> {
+    Details {
+        id: actor.id,
+        kind: name_of(actor.kind),
+        blueprint: &actor.blueprint,
+        position_m: actor.pose.position_m,
+        yaw_rad: yaw_rad(&actor.pose),
+        velocity_mps: actor.velocity_mps,
+        acceleration_mps2: None,
+        angular_velocity_radps: None,
+        flags: Vec::new(),
+        vehicle: None,
+        phase: actor.phase.map(name_of_phase),
+    }
+}
+
+fn name_of(kind: ActorKind) -> &'static str {
+    match kind {
+        ActorKind::Vehicle => "vehicle",
+        ActorKind::Walker => "walker",
+        ActorKind::TrafficLight => "traffic light",
+        _ => "prop",
+    }
+}
+
+fn name_of_phase(phase: LightPhase) -> &'static str {
+    match phase {
+        LightPhase::Red => "red",
+        LightPhase::Yellow => "yellow",
+        LightPhase::Green => "green",
+        LightPhase::Off => "off",
     }
 }
 

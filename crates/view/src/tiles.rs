@@ -15,7 +15,7 @@ use crate::{
 };
 
 /// Tiles of one page, at most.
-const TILES_MAX: usize = 8;
+pub(crate) const TILES_MAX: usize = 8;
 /// Sizes of an image in pixels, and of a lidar in columns and channels.
 const SIZE_MAX: [u32; 2] = [1920, 1080];
 const LIDAR_SIZE_MAX: [u32; 2] = [2048, 128];
@@ -139,6 +139,11 @@ impl Tiles {
             }
         }
         Ok(())
+    }
+
+    /// Creates the sensors anew: those on replayed actors end when another part is shown.
+    pub(crate) fn remount(&mut self) {
+        self.carriers.clear();
     }
 
     /// Drops tiles whose actors were destroyed; returns one of these actors.

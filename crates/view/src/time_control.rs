@@ -59,14 +59,14 @@ impl TimeControl {
         Ok(())
     }
 
-    /// Ticks if that is due. After an error the page ticks no more.
-    pub(crate) fn tick_if_due(&mut self, client: &mut Client) -> Result<(), ClientError> {
-        let Some(due) = self.due.filter(|due| *due <= Instant::now()) else { return Ok(()) };
+    /// Ticks if that is due, and returns whether it was. After an error the page ticks no more.
+    pub(crate) fn tick_if_due(&mut self, client: &mut Client) -> Result<bool, ClientError> {
+        let Some(due) = self.due.filter(|due| *due <= Instant::now()) else { return Ok(false) };
         self.due = None;
         client.tick()?;
         // A late tick is not made up for: time would run faster than it should.
         self.due = Some((due + client.settings().delta).max(Instant::now()));
-        Ok(())
+        Ok(true)
     }
 
     /// Leaves time to others, as it was before the first pause.
