@@ -61,6 +61,10 @@ for index, name, frame, camera in lines:
     r0 = np.eye(4)
     r0[:3, :3] = np.array(calibration["R0_rect"].split(), float).reshape(3, 3)
     rect_from_lidar = r0 @ rigid(calibration["Tr_velo_to_cam"])
+    (imu,) = (s for s in scene.sensors.values() if s["kind"] == "imu")
+    mounts = [np.array(s["vehicle_from_sensor"]) for s in (scene.lidars["lidar"], imu)]
+    lidar_from_imu = np.linalg.inv(mounts[0]) @ mounts[1]
+    assert np.allclose(rigid(calibration["Tr_imu_to_velo"]), lidar_from_imu), calibration
     with Image.open(root / f"training/image_2/{index}.png") as image:
         width, height = image.size
     cloud = np.fromfile(root / f"training/velodyne/{index}.bin", "<f4").reshape(-1, 4)

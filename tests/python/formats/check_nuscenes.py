@@ -121,6 +121,10 @@ def check_scene(record: dict) -> np.ndarray:
         mount = data.get("calibrated_sensor", lidar["calibrated_sensor_token"])
         place = Quaternion(ego["rotation"]).rotate(np.array(mount["translation"]))
         (pose,) = (s["world_from_sensor"] for s in line["sensors"] if s["name"] == "lidar")
+        # The origin is on the rear axle: half a wheelbase behind that of the plain data set.
+        vehicle_from_lidar = np.array(scene.lidars["lidar"]["vehicle_from_sensor"])
+        x, y, z = np.array(mount["translation"]) - vehicle_from_lidar[:3, 3]
+        assert 1.2 < x < 1.7 and abs(y) < 1e-6 and abs(z) < 1e-6, mount
         # The same world, moved by the corner of the map.
         origins.append(np.array(pose["position_m"]) - place - ego["translation"])
         mask = data.get("map", log["map_token"])["mask"]

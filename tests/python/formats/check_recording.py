@@ -10,6 +10,7 @@ import math
 import pathlib
 import re
 import sys
+from collections import Counter
 
 import numpy as np
 from check_schema import check_schema
@@ -135,9 +136,11 @@ assert sum(text.endswith(" disappears") for text in texts) == sum(f["gone"] for 
 hits = [event for _, event in events if "collides with" in event.message]
 assert all(event.level == event.WARNING for event in hits)
 ends = re.compile(r" (\d+) collides with (?:\S+ (\d+)|something static):")
-pairs = {tuple(int(id) for id in ends.search(event.message).groups() if id) for event in hits}
-expected = {tuple(id for id in row["actor_ids"] if id) for row in collisions}
-assert len(hits) > 0 and pairs == expected, (pairs, expected)
+pairs = [tuple(int(id) for id in ends.search(event.message).groups() if id) for event in hits]
+expected = [tuple(id for id in row["actor_ids"] if id) for row in collisions]
+# What touches, parts and touches again between two frames begins twice; in the table it goes on.
+assert not Counter(expected) - Counter(pairs), (pairs, expected)
+assert 0 < len(pairs) < 1.5 * len(expected), (pairs, expected)
 
 # The map is there once, and the first actors are on it.
 (drawn,) = maps
