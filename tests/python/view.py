@@ -132,6 +132,13 @@ COLORS = """(() => {
 })()"""
 
 
+GAMEPAD = """
+  window.pad = { connected: true, mapping: 'standard', axes: [0, 0, 0, 0],
+    buttons: Array.from({ length: 17 }, () => ({ pressed: false, value: 0 })) };
+  navigator.getGamepads = () => [null, window.pad];
+"""
+
+
 def frame_of(label: str) -> int:
     return int(label.rsplit("· ", 1)[1]) if "· " in label else 0
 
@@ -168,6 +175,19 @@ def drive(browser: Browser) -> None:
     assert "throttle 1.00" in detail(browser, "pedals"), detail(browser, "pedals")
     browser.key("keyUp", "KeyW")
     browser.until("a released pedal", lambda: "throttle 0.00" in detail(browser, "pedals"))
+
+    # A gamepad in the standard mapping: the right trigger accelerates, the left one brakes.
+    browser.value(GAMEPAD)
+    pad = "window.pad.buttons[%d].value = %s"
+    browser.value(pad % (7, 0.6))
+    browser.value("window.pad.axes[0] = -0.5")
+    browser.until("the trigger", lambda: "throttle 0.60" in detail(browser, "pedals"))
+    browser.until("the stick", lambda: detail(browser, "steering") == "0.250")
+    browser.value(pad % (7, 0) + ";" + pad % (6, 1) + "; window.pad.axes[0] = 0")
+    browser.until("a brake", lambda: "brake 1.00" in detail(browser, "pedals"))
+    browser.until("a stop", lambda: first_number(detail(browser, "speed")) < 1)
+    browser.value(pad % (6, 0))
+    browser.until("released triggers", lambda: "brake 0.00" in detail(browser, "pedals"))
 
     browser.click("#pause")
     browser.until("a pause", lambda: "this page holds the tick" in browser.text("#tick"))
