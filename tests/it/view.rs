@@ -19,7 +19,10 @@ use rustix::process::Signal;
 use serde_json::{Value, json};
 use tungstenite::{Message, WebSocket, client::IntoClientRequest, http::HeaderValue};
 
-use crate::kit::{Scratch, Sim, eventually, kill, note_skipped, omnibus, small_map, thread};
+use crate::kit::{
+    Scratch, Sim, eventually, is_soak, kill, note_skipped, omnibus, resident_bytes, small_map,
+    thread,
+};
 
 /// The channel of states.
 const STATE: u64 = 255;
@@ -264,6 +267,15 @@ fn a_page_shows_other_images_of_later_frames_and_its_keys_move_the_car() {
     page.until(|page| page.state["weather"]["precipitation"] == 80.0);
     page.done(&json!({"type": "select", "id": car}));
     page.until(|page| page.state["selected"]["vehicle"]["throttle"] == 1.0);
+    // The lanes ahead begin at the car and reach further than it can see.
+    let ahead = page.state["ahead_m"].clone();
+    let at = |point: &Value| [0, 1].map(|axis| point[axis].as_f64().unwrap());
+    let now = page.motion(&car).unwrap();
+    let distance = |point: &Value| (at(point)[0] - now[0]).hypot(at(point)[1] - now[1]);
+    assert!(distance(&ahead[0][0]) < 4.0, "{now:?} {ahead}");
+    let farthest = ahead.as_array().unwrap().iter().flat_map(|line| line.as_array().unwrap());
+    let farthest = farthest.map(distance).fold(0.0, f64::max);
+    assert!((30.0..90.0).contains(&farthest), "{farthest} m: {ahead}");
     for output in ["depth", "tags", "instances"] {
         let before = page.newest.clone();
         page.done(&json!({"type": "tiles", "tiles": [camera(&car, output)]}));
@@ -374,6 +386,42 @@ fn a_page_that_never_reads_neither_holds_up_a_frame_nor_another_page() {
     }
     assert!((1..=8).contains(&unread), "{unread} messages");
     drop((client, reader, stalled));
+    viewer.end();
+    sim.end();
+}
+
+/// Frames for which a page is open, and by how much the viewer's memory may grow meanwhile: a fraction of
+/// what it would keep if it kept each image of about 20 kB.
+const OPEN_FRAMES: u64 = 1500;
+const OPEN_FRAMES_SOAK: u64 = 100_000;
+const GROWTH_MAX: u64 = 6 << 20;
+
+#[test]
+fn the_viewer_s_memory_does_not_grow_while_a_page_is_open() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut page = viewer.page();
+    let car =
+        page.done(&json!({"type": "spawn", "blueprint": "vehicle.tesla.model3", "ego": true}));
+    page.done(&json!({"type": "tiles", "tiles": [camera(&car, "color")]}));
+    // Another page is open and reads nothing.
+    let mut stalled = viewer.page();
+    stalled.done(&json!({"type": "tiles", "tiles": [camera(&car, "color")]}));
+    let mut bytes = 0;
+    let mut show = |page: &mut Page, frames: u64| {
+        for _ in 0..frames {
+            page.done(&json!({"type": "step"}));
+            bytes += page.newest.1.len() as u64;
+        }
+        resident_bytes(viewer.child.id())
+    };
+    let begin = show(&mut page, OPEN_FRAMES / 3);
+    let frames = if is_soak() { OPEN_FRAMES_SOAK } else { OPEN_FRAMES };
+    let grown = show(&mut page, frames).saturating_sub(begin);
+    println!("{frames} frames, {} MB of images: {} kB more", bytes >> 20, grown >> 10);
+    assert!(bytes > 2 * GROWTH_MAX, "only {bytes} bytes of images");
+    assert!(grown < GROWTH_MAX, "{grown} bytes more than {begin} after {frames} frames");
+    drop((page, stalled));
     viewer.end();
     sim.end();
 }

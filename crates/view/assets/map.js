@@ -147,13 +147,14 @@ export class MapView {
         context.stroke(edge);
       }
     }
-    if (this.path.length) {
-      context.strokeStyle = "#ffb45499";
-      context.lineWidth = 2 * ratio / scale;
-      context.beginPath();
-      this.path.forEach(([x, y], i) => context[i ? "lineTo" : "moveTo"](x, y));
-      context.stroke();
+    // The path of the ego of a data set, or the lanes ahead of a vehicle.
+    context.strokeStyle = "#ffb45499";
+    context.lineWidth = 2 * ratio / scale;
+    context.beginPath();
+    for (const line of [this.path, ...state?.ahead_m ?? []]) {
+      line.forEach(([x, y], i) => context[i ? "lineTo" : "moveTo"](x, y));
     }
+    context.stroke();
     state?.actors.forEach((actor, i) =>
       this.drawActor(context, actor, state.extents_m?.[i], state, ratio / scale));
     if (this.marker) {

@@ -15,6 +15,7 @@
 //! Positions are in world space, right-handed, x east, y north, z up, in metres; angles are in
 //! radians.
 
+mod ahead;
 mod assets;
 mod data_set;
 mod encode;

@@ -6,6 +6,7 @@ use client_lib::{
 use serde::Serialize;
 
 use crate::{
+    ahead::lanes_ahead,
     data_set::{StoredActor, StoredFrame},
     message::Sky,
 };
@@ -39,6 +40,8 @@ pub(crate) struct State<'a> {
     extents_m: Option<Vec<[f32; 2]>>,
     selected: Option<Details<'a>>,
     timeline: Option<Timeline>,
+    /// The lanes ahead of the vehicle that is selected, or else of the page's own.
+    ahead_m: Vec<Vec<[f32; 2]>>,
 }
 
 /// Which part of something that has a length is shown.
@@ -130,6 +133,7 @@ impl<'a> State<'a> {
             extents_m: None,
             selected: own.selected.and_then(|id| Some(details(client, world.actor(id)?))),
             timeline: timeline(client, world.frame()),
+            ahead_m: ahead(client, own),
         }
     }
 }
@@ -158,7 +162,17 @@ impl<'a> State<'a> {
             extents_m: Some(frame.actors.iter().map(|actor| actor.half_extents_m).collect()),
             selected: selected.map(details_of_stored),
             timeline: None,
+            ahead_m: Vec::new(),
         }
+    }
+}
+
+fn ahead(client: &Client, own: &Own) -> Vec<Vec<[f32; 2]>> {
+    let vehicle = |id| client.world().actor(id).filter(|a| a.kind() == ActorKind::Vehicle);
+    let shown = own.selected.and_then(vehicle).or_else(|| own.ego.and_then(vehicle));
+    match (shown, client.map()) {
+        (Some(shown), Ok(map)) => lanes_ahead(&map, shown.position()),
+        _ => Vec::new(),
     }
 }
 
