@@ -32,8 +32,12 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let set = home.path().join("set");
     let frames = effort.count(FRAMES);
     collect(&set, frames)?;
-    for format in ["webdataset", "mcap"] {
-        container(format, &set, frames, effort, sink)?;
+    for (format, name) in [
+        ("webdataset", "export.webdataset"),
+        ("mcap", "export.mcap"),
+        ("lerobot", "export.lerobot"),
+    ] {
+        container(format, name, &set, frames, effort, sink)?;
     }
     encoders(&set, effort, sink)
 }
@@ -49,10 +53,11 @@ fn collect(set: &Path, frames: usize) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Measures an export, from the start of the process to its end, and in turn a program that writes
-/// files of the same names and sizes from memory.
+/// Measures the time for which an export writes its containers, without the reading and conversion
+/// that go on beside it, and in turn plain writing of files of the same sizes from memory.
 fn container(
     format: &str,
+    name: &'static str,
     set: &Path,
     frames: usize,
     effort: Effort,
@@ -63,16 +68,18 @@ fn container(
     let (mut rates, mut peers) = (Vec::new(), Vec::new());
     let mut megabytes = 0.0;
     for _ in 0..=effort.rounds(ROUNDS) {
-        let begin = Instant::now();
         let output = Command::new(sim::omnibus()?)
+            .env("OMNIBUS_LOG", "debug")
             .arg("export")
             .arg(set)
             .args(["--format", format, "--shard-samples", "50", "--out"])
             .arg(&out)
             .output()?;
-        let taken = begin.elapsed().as_secs_f64();
         let said = String::from_utf8_lossy(&output.stderr);
         ensure!(output.status.success(), "omnibus export: {}", said.trim());
+        let line = said.lines().rev().find_map(|line| line.split_once("written for "));
+        let nanos = line.and_then(|(_, time)| time.strip_suffix(" ns")?.parse::<f64>().ok());
+        let taken = nanos.context("omnibus export logs no time of writing")? / 1e9;
         let sizes = sizes(&out)?;
         megabytes = sizes.iter().sum::<u64>() as f64 / 1e6;
         rates.push(megabytes / taken);
@@ -85,10 +92,10 @@ fn container(
     let value = median(rates);
     let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
     let figure = Figure {
-        name: if format == "mcap" { "export.mcap" } else { "export.webdataset" },
+        name,
         workload: format!(
-            "omnibus export --format {format}: {frames} frames of collect.default, {megabytes:.0} MB, \
-             from the page cache to the file system of the temporary folder"
+            "the containers of omnibus export --format {format}: {frames} frames of collect.default, \
+             {megabytes:.0} MB, to the file system of the temporary folder"
         ),
         unit: Unit::PerSecond("MB"),
         value,

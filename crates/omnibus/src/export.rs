@@ -33,6 +33,7 @@ mod split;
 mod statistics;
 mod table;
 mod webdataset;
+mod writing;
 mod yolo;
 
 use std::path::{Path, PathBuf};
@@ -150,6 +151,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
         Format::Webdataset => webdataset::write(&set, root, &images, args.shard_samples, threads)?,
     }
     output.finish()?;
+    writing::log_time();
     let (frames, scenes) = (set.frames(), set.scenes().len());
     let out = args.out.display();
     Ok(format!("{frames} frames of {scenes} scene{} in {out}", if scenes == 1 { "" } else { "s" }))

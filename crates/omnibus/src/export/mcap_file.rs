@@ -11,7 +11,7 @@ use std::{
 use anyhow::Context;
 use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer, records::MessageHeader};
 
-use crate::export::foxglove;
+use crate::export::{foxglove, writing::writing};
 
 /// A reader that seeks reads one chunk.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -68,7 +68,7 @@ impl McapFile {
 
     /// Appends a message.
     pub(crate) fn put(&mut self, message: &Stamped) -> anyhow::Result<()> {
-        self.write(message).with_context(|| self.path.display().to_string())
+        writing(|| self.write(message)).with_context(|| self.path.display().to_string())
     }
 
     fn write(&mut self, message: &Stamped) -> McapResult<()> {
@@ -105,7 +105,7 @@ impl McapFile {
 
     /// Ends the file.
     pub(crate) fn finish(mut self) -> anyhow::Result<()> {
-        self.writer.finish().with_context(|| self.path.display().to_string())?;
+        writing(|| self.writer.finish()).with_context(|| self.path.display().to_string())?;
         Ok(())
     }
 }

@@ -23,6 +23,8 @@ use ::parquet::{
 };
 use anyhow::Context;
 
+use crate::export::writing::writing;
+
 /// A column of a row group, without images.
 pub(crate) struct Column {
     pub(crate) name: String,
@@ -108,7 +110,8 @@ impl Table {
 impl RowGroup<'_> {
     /// Writes the next column.
     pub(crate) fn put(&mut self, column: &Column) -> anyhow::Result<()> {
-        self.try_put(column).with_context(|| self.path.display().to_string())
+        let written = writing(|| self.try_put(column));
+        written.with_context(|| self.path.display().to_string())
     }
 
     fn try_put(&mut self, column: &Column) -> ParquetResult<()> {
@@ -134,9 +137,10 @@ impl RowGroup<'_> {
         let mut names = Vec::new();
         fill(&mut |file, name| {
             names.push(name);
-            write::<ByteArrayType>(&mut files, &[ByteArray::from(file)], &[]).with_context(shown)
+            let file = [ByteArray::from(file)];
+            writing(|| write::<ByteArrayType>(&mut files, &file, &[])).with_context(shown)
         })?;
-        files.close().with_context(shown)?;
+        writing(|| files.close()).with_context(shown)?;
         let mut paths = self.next().with_context(shown)?;
         write::<ByteArrayType>(&mut paths, &texts(&names), &[]).with_context(shown)?;
         paths.close().with_context(shown)

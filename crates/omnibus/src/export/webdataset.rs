@@ -15,6 +15,7 @@ use crate::{
         images::Images,
         parallel::Threads,
         set::{Frame, Set},
+        writing::writing,
     },
 };
 
@@ -68,7 +69,8 @@ fn put(tar: &mut impl Write, name: &str, parts: &[&[u8]]) -> io::Result<()> {
 /// Appends the files of a frame: `town_000041.front.color.png` and so on.
 fn append(tar: &mut impl Write, frame: &Frame, images: &Images) -> anyhow::Result<()> {
     let key = format!("{}_{:06}", frame.scene.name, frame.line.frame);
-    let mut put = |name: &str, parts: &[&[u8]]| put(tar, &format!("{key}.{name}"), parts);
+    let mut put =
+        |name: &str, parts: &[&[u8]]| writing(|| put(tar, &format!("{key}.{name}"), parts));
     for (sensor, camera) in frame.cameras() {
         let name = &sensor.name;
         let color = images.file(frame, sensor, camera)?;
