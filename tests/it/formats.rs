@@ -67,18 +67,41 @@ fn lerobot_python() -> Result<PathBuf, String> {
     FOUND.get_or_init(|| environment("omnibus-it-lerobot", &packages, check)).clone()
 }
 
+/// The default sensors, and a radar.
+const SENSORS: &str = "
+[[sensor]]
+name = \"front\"
+kind = \"camera\"
+position_m = [1.5, 0.0, 2.0]
+outputs = [\"color\", \"depth\", \"tag\", \"instance\"]
+
+[[sensor]]
+name = \"lidar\"
+kind = \"lidar\"
+position_m = [0.0, 0.0, 2.4]
+
+[[sensor]]
+name = \"RADAR_FRONT\"
+kind = \"radar\"
+position_m = [2.5, 0.0, 0.6]
+";
+
 /// A folder with two small scenes of different towns.
 fn scenes() -> &'static Path {
     static SCENES: OnceLock<PathBuf> = OnceLock::new();
     SCENES.get_or_init(|| {
         let root = Path::new(env!("CARGO_TARGET_TMPDIR")).join("formats-scenes");
         let _ = fs::remove_dir_all(&root);
+        fs::create_dir_all(&root).unwrap();
+        let sensors = root.join("sensors.toml");
+        fs::write(&sensors, SENSORS).unwrap();
         for (scene, map, seed) in [("scene-a", "Flatford", "4"), ("scene-b", "Millbrook", "9")] {
             let output = omnibus()
                 .args(["collect", "--map", map, "--seed", seed, "--device", "cpu", "--out"])
                 .arg(root.join(scene))
                 .args(["--vehicles", "60", "--walkers", "30", "--frames", "6", "--every", "5"])
-                .args(["--width", "320", "--height", "240"])
+                .args(["--width", "320", "--height", "240", "--sensors"])
+                .arg(&sensors)
                 .output()
                 .unwrap();
             assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

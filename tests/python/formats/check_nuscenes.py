@@ -13,7 +13,7 @@ sys.modules["sklearn.metrics"].confusion_matrix = None
 
 import numpy as np
 from nuscenes.nuscenes import NuScenes
-from nuscenes.utils.data_classes import Box, LidarPointCloud
+from nuscenes.utils.data_classes import Box, LidarPointCloud, RadarPointCloud
 from nuscenes.utils.geometry_utils import points_in_box, view_points
 from PIL import Image
 from plain import Scene, scenes, slack_px
@@ -105,6 +105,21 @@ def check_lidar(scene: Scene, frame: int, token: str, actors: dict[str, dict]) -
     return count
 
 
+def check_radar(scene: Scene, frame: int, token: str) -> None:
+    """Every detection has its place and its velocity along the ray; things at rest have none."""
+    cloud = RadarPointCloud.from_file(data.get_sample_data_path(token)).points
+    path = scene.folder / f"RADAR_FRONT/detections/{frame:06}.bin"
+    rate, azimuth, altitude, distance = np.fromfile(path, "<f4").reshape(-1, 4).T
+    level = np.cos(altitude)
+    to = np.array([np.cos(azimuth) * level, np.sin(azimuth) * level, np.sin(altitude)])
+    assert cloud.shape == (18, len(rate)) and len(rate) > 0
+    assert np.allclose(cloud[:3], to * distance, atol=1e-3)
+    assert np.allclose(cloud[6:8], to[:2] * rate, atol=1e-4)
+    is_static = scene.labels("RADAR_FRONT", frame)[:, 0] >= 1 << 23
+    assert is_static.any() and np.abs(cloud[8:10, is_static]).max() < 1e-3
+    assert (cloud[3, is_static] == 1).all()
+
+
 def check_scene(record: dict) -> np.ndarray:
     """Checks the samples of a scene in their order; returns how many boxes and points it compared."""
     scene = by_name.pop(record["name"])
@@ -115,7 +130,7 @@ def check_scene(record: dict) -> np.ndarray:
     for line in scene.lines:
         sample = data.get("sample", token)
         assert sample["timestamp"] == line["sim_time_nanos"] // 1000
-        assert set(sample["data"]) == {"CAM_FRONT", "LIDAR_TOP"}, sample["data"]
+        assert set(sample["data"]) == {"CAM_FRONT", "LIDAR_TOP", "RADAR_FRONT"}, sample["data"]
         lidar = data.get("sample_data", sample["data"]["LIDAR_TOP"])
         ego = data.get("ego_pose", lidar["ego_pose_token"])
         mount = data.get("calibrated_sensor", lidar["calibrated_sensor_token"])
@@ -144,6 +159,7 @@ def check_scene(record: dict) -> np.ndarray:
                 speeds.append(np.linalg.norm(velocity - actor["velocity_mps"]))
         boxes += check_camera(scene, line["frame"], sample["data"]["CAM_FRONT"], actors)
         points += check_lidar(scene, line["frame"], sample["data"]["LIDAR_TOP"], actors)
+        check_radar(scene, line["frame"], sample["data"]["RADAR_FRONT"])
         token = sample["next"]
     assert token == "", "samples beyond the last frame"
     assert np.ptp(origins, axis=0).max() < 1e-2, origins

@@ -61,6 +61,8 @@ fn pcd(rows: &[f32], own: Vec3) -> Vec<u8> {
             [relative.x, relative.y, absolute.x, absolute.y],
         );
     }
+    // The devkit takes a file that ends with its last detection for one that was cut off.
+    file.push(b'\n');
     file
 }
 
@@ -91,7 +93,7 @@ mod tests {
         assert!(head.contains("\nWIDTH 1\n") && head.contains("\nPOINTS 1\n"), "{head}");
         let fields = head.lines().find(|line| line.starts_with("FIELDS")).unwrap();
         assert_eq!(fields.split_whitespace().count(), 19, "{fields}");
-        let row = &file[body..];
+        let row = &file[body..file.len() - 1];
         assert_eq!(row.len(), 43);
         let float = |at: usize| f32::from_le_bytes(row[at..at + 4].try_into().unwrap());
         let near = |at: usize, wanted: f32| {
@@ -107,7 +109,7 @@ mod tests {
         near(31, 0.0);
         assert_eq!(row[35..], [1, 3, 0, 0, 0, 1, 0, 0]);
         let empty = pcd(&[], Vec3::ZERO);
-        assert_eq!(empty.len(), body + 43);
+        assert_eq!(empty.len(), body + 44);
         assert!(f32::from_le_bytes(empty[body..body + 4].try_into().unwrap()).is_nan());
     }
 }
