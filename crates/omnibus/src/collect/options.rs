@@ -61,7 +61,7 @@ pub(crate) struct Options {
     /// Simulated seconds per frame (0.05 without a plan)
     #[arg(long, value_name = "SECONDS")]
     fixed_delta: Option<f64>,
-    /// Keep one in this many frames (1 without a plan)
+    /// Keep one in this many frames (1 without a plan); sensors with a rate_hz have their own
     #[arg(long, value_name = "FRAMES")]
     every: Option<u64>,
     /// Frames to simulate before the first that is kept (40 without a plan)
