@@ -279,6 +279,37 @@ fn plans_to_start_from_are_printed_and_faults_of_a_plan_are_named() {
     }
 }
 
+#[test]
+fn no_camera_of_a_plan_to_start_from_shows_the_ego() {
+    let scratch = Scratch::new();
+    for name in ["carla-default", "nuscenes", "kitti", "waymo"] {
+        let printed = omnibus().args(["collect", "--init", name]).output().unwrap().stdout;
+        let plan = scratch.path().join(format!("{name}.toml"));
+        fs::write(&plan, printed).unwrap();
+        let set = scratch.path().join(name);
+        let few = ["--scene", "0", "--frames", "1", "--every", "1", "--warmup", "5"];
+        finish(collect(&plan, &set, &few));
+        let text = fs::read(set.join("metadata.json")).unwrap();
+        let metadata: Value = serde_json::from_slice(&text).unwrap();
+        let ego = metadata["spawned_actors"]["ego_actor_id"].as_u64().unwrap();
+        let sensors = metadata["settings"]["sensors"].as_array().unwrap();
+        let cameras: Vec<_> = sensors.iter().filter(|s| s.get("camera").is_some()).collect();
+        assert!(!cameras.is_empty());
+        for camera in cameras {
+            let camera = camera["name"].as_str().unwrap();
+            let images = files(&set.join(camera).join("instance"));
+            let (_, image) = images.first_key_value().unwrap();
+            let mut reader = png::Decoder::new(std::io::Cursor::new(image)).read_info().unwrap();
+            let mut ids = vec![0; reader.output_buffer_size().unwrap()];
+            reader.next_frame(&mut ids).unwrap();
+            let is_ego =
+                |id: &&[u8]| u64::from(id[0]) + 256 * u64::from(id[1]) == ego && id[2] == 0;
+            let count = ids.chunks_exact(3).filter(is_ego).count();
+            assert_eq!(count, 0, "pixels of the ego in {camera} of {name}");
+        }
+    }
+}
+
 /// The mean brightness of an image over the first road of a new world, 0 to 255.
 fn brightness(args: &[&str]) -> f64 {
     let sim = Sim::start(args);
