@@ -539,7 +539,7 @@ fn a_recording_is_shown_where_the_page_wants_it() {
     shows(&mut page, 59);
     let reply = page.request(&json!({"type": "step"}));
     assert!(reply["message"].as_str().unwrap().contains("the last frame"), "{reply}");
-    // From the end it plays the whole recording, and stops there; another page sees that too.
+    // From the end it plays the whole recording, and stops there; another page shows that too.
     let mut other = viewer.page();
     page.done(&json!({"type": "play"}));
     other.until(|page| page.state["plays"] == true && page.state["playback"]["at"] != 2.95);
@@ -689,7 +689,7 @@ fn what_is_neither_a_recording_with_states_nor_a_data_set_has_one_error() {
 
 #[test]
 fn wrong_requests_have_one_error_and_the_end_of_the_simulator_is_said() {
-    let sim = Sim::start(&[]);
+    let mut sim = Sim::start(&[]);
     let viewer = Viewer::start(&sim);
     let mut page = viewer.page();
     let mut tile = camera(&json!(99), "color");
@@ -719,11 +719,15 @@ fn wrong_requests_have_one_error_and_the_end_of_the_simulator_is_said() {
     let why = viewer.socket(&format!("http://{}", viewer.host)).unwrap_err();
     assert!(why.contains("503"), "{why}");
     drop(pages);
-    sim.end();
+    kill(sim.host_pid(), Signal::INT);
+    let (status, log) = sim.wait();
+    assert!(status.success(), "{log}");
     let ended = page.text(|text| text["type"] == "ended");
     assert!(ended["message"].as_str().unwrap().contains("the host has ended"), "{ended}");
     let (is_good, said) = viewer.wait();
     assert!(is_good && said.contains("has ended"), "{said}");
+    // Clients of the closed pages may have left during the end of the host, each with its own files.
+    assert_eq!(sim.shared_memory(), []);
 }
 
 #[test]
@@ -786,6 +790,36 @@ fn look(test: &str, source: &str, viewer: Viewer) {
         }
         Err(e) => note_skipped(test, &format!("python3 is not there: {e}")),
     }
+    viewer.end();
+}
+
+#[test]
+fn measurements_that_arrive_while_the_viewer_stands_still_are_no_error() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut page = viewer.page();
+    let car =
+        page.done(&json!({"type": "spawn", "blueprint": "vehicle.tesla.model3", "ego": true}));
+    page.done(&json!({"type": "tiles", "tiles": [camera(&car, "color")]}));
+    run_in_real_time(&sim);
+    let await_image = |page: &mut Page, frames: u64| {
+        let frame = page.newest.0 + frames;
+        while page.newest.0 < frame {
+            if let Received::Text(text) = page.receive() {
+                assert_ne!(text["type"], "error", "{text}");
+            }
+        }
+    };
+    for _ in 0..10 {
+        await_image(&mut page, 2);
+        let mut client = sim.client("watch");
+        kill(viewer.child.id(), Signal::STOP);
+        for _ in 0..4 {
+            client.await_frame().unwrap();
+        }
+        kill(viewer.child.id(), Signal::CONT);
+    }
+    await_image(&mut page, 5);
     viewer.end();
 }
 

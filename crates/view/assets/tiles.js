@@ -7,14 +7,21 @@ const OUTPUTS = { color: "colour", depth: "depth", tags: "tags", instances: "ins
 // What a tile of a data set shows first.
 const STORED_TILES = 3;
 const CARRIERS = { auto: "own or first vehicle", selected: "selected actor", world: "the marker" };
-// Position in the space of the carrier (metres), yaw, pitch (radians, positive looks down).
+// Position in the space of the carrier (metres), yaw, pitch (radians, positive looks down), by the half
+// extents of the carrier: outside of it, whatever its size.
 const VIEWS = {
-  chase: [[-7, 0, 3.2], 0, 0.2], front: [[1.2, 0, 1.7], 0, 0.05], rear: [[-1.5, 0, 1.7], Math.PI, 0.05],
-  left: [[0, 0.6, 1.7], Math.PI / 2, 0.1], right: [[0, -0.6, 1.7], -Math.PI / 2, 0.1],
-  above: [[0, 0, 35], 0, Math.PI / 2],
+  chase: ([x, , z]) => [[-x - 4.7, 0, 2 * z + 1.75], 0, 0.2],
+  front: ([x, , z]) => [[0.5 * x, 0, 2 * z + 0.25], 0, 0.05],
+  rear: ([x, , z]) => [[-0.6 * x, 0, 2 * z + 0.25], Math.PI, 0.05],
+  left: ([, y, z]) => [[0, 0.6 * y, 2 * z + 0.25], Math.PI / 2, 0.1],
+  right: ([, y, z]) => [[0, -0.6 * y, 2 * z + 0.25], -Math.PI / 2, 0.1],
+  above: ([, , z]) => [[0, 0, 2 * z + 33], 0, Math.PI / 2],
 };
+const lidarPlace = ([, , z]) => [[0, 0, 2 * z + 0.95], 0, 0];
+// Half extents of a car.
+const CAR = [2.4, 0.95, 0.73];
 const SIZES = { "320 × 180": [320, 180], "640 × 360": [640, 360], "1280 × 720": [1280, 720] };
-const LIDAR_SIZE = [720, 32], LIDAR_PLACE = [[0, 0, 2.4], 0, 0];
+const LIDAR_SIZE = [720, 32];
 const FOV_RAD = Math.PI / 2;
 // What stands at the marker looks north-east and down from here.
 const WORLD_VIEW = [[-25, -25, 30], Math.PI / 4, 0.7];
@@ -28,6 +35,8 @@ export class Tiles {
     this.list = [];
     this.requested = null;
     this.tagColors = [];
+    // By blueprint: half extents.
+    this.extents = [];
     this.sensors = null;
     this.showsBoxes = true;
     const add = document.createElement("button");
@@ -159,8 +168,12 @@ export class Tiles {
     const ids = new Set(state.actors.map(([id]) => id));
     const first = state.actors.find(([, kind]) => kind === 1)?.[0];
     const auto = ids.has(state.ego) ? state.ego : first;
-    this.request("tiles",
-      this.list.map((tile) => this.spec(tile, { auto, selected: state.selected?.id }, marker)));
+    const carriers = { auto, selected: state.selected?.id };
+    this.request("tiles", this.list.map((tile) => {
+      const on = carriers[tile.carrier.value] ?? null;
+      const blueprint = state.actors.find(([id]) => id === on)?.[2];
+      return this.spec(tile, on, this.extents[blueprint] ?? CAR, marker);
+    }));
   }
 
   request(type, tiles) {
@@ -170,12 +183,11 @@ export class Tiles {
     this.connection.send({ type, tiles });
   }
 
-  spec(tile, carriers, [x, y]) {
+  spec(tile, on, extents, [x, y]) {
     const output = tile.output.value, isLidar = output === "lidar";
-    const on = carriers[tile.carrier.value] ?? null;
-    let [position, yaw, pitch] = isLidar ? LIDAR_PLACE : VIEWS[tile.view.value];
+    let [position, yaw, pitch] = isLidar ? lidarPlace(extents) : VIEWS[tile.view.value](extents);
     if (on === null) {
-      const [offset, worldYaw, worldPitch] = isLidar ? LIDAR_PLACE : WORLD_VIEW;
+      const [offset, worldYaw, worldPitch] = isLidar ? lidarPlace(CAR) : WORLD_VIEW;
       position = [x + offset[0], y + offset[1], offset[2]];
       [yaw, pitch] = [worldYaw, worldPitch];
     }

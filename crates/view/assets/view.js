@@ -27,7 +27,7 @@ function read(message) {
     document.body.dataset.source = message.source;
     at("title").textContent = `${message.name} · ${message.map}`;
     document.title = `${message.name} · Omnibus`;
-    map.extents = message.blueprints.map(([, extents]) => extents);
+    map.extents = tiles.extents = message.blueprints.map(([, extents]) => extents);
     const vehicles = message.blueprints.map(([id]) => id).filter((id) => id.startsWith("vehicle."));
     at("blueprint").replaceChildren(...vehicles.sort().map((id) => new Option(id.slice(8), id)));
     at("blueprint").value = "vehicle.tesla.model3";

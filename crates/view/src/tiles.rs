@@ -23,8 +23,9 @@ const LIDAR_SIZE_MAX: [u32; 2] = [2048, 128];
 /// the lidar of `omnibus collect`.
 const LIDAR_ELEVATIONS_DEG: [f32; 2] = [-30.0, 10.0];
 const LIDAR_RANGE_M: f32 = 100.0;
-/// Measurements that are held at a time: the newest, and the one that takes its place.
-const BORROWED_MAX: u32 = 2;
+/// Measurements that are held at a time: the newest, the one that takes its place, and a still newer one
+/// that has arrived meanwhile.
+const BORROWED_MAX: u32 = 3;
 
 /// The tiles of a page.
 #[derive(Debug, Default)]
