@@ -58,7 +58,7 @@ fn python() -> Result<PathBuf, String> {
     FOUND.get_or_init(|| environment("omnibus-it-formats-2", PACKAGES, check)).clone()
 }
 
-/// LeRobot reads its data sets with `datasets`; the package itself wants PyTorch and Python 3.12.
+/// LeRobot reads its data sets with `datasets`; the package itself needs PyTorch and Python 3.12.
 /// About 420 MB when installed, most of it Arrow and pandas.
 fn lerobot_python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();

@@ -42,7 +42,6 @@ mod run;
 mod scenes;
 mod schedule;
 mod sensors;
-mod sight;
 mod silhouette;
 mod sky;
 mod stages;
@@ -50,6 +49,7 @@ mod stages;
 pub(crate) mod testing;
 mod tracks;
 mod verify;
+mod visibility;
 
 pub(crate) use actors::{EGO, places};
 pub(crate) use collection::Collection;

@@ -18,7 +18,7 @@ use crate::collect::{
     events::Crossing,
     format::SpawnedActors,
     plan::TrafficEntry,
-    sight::{Sight, Target},
+    visibility::{EgoCameras, Target},
 };
 
 /// Frames between two corrections of the direction of walking.
@@ -82,7 +82,7 @@ pub(crate) struct RoadUsers {
     lanes: Vec<Vec3>,
     /// How many more vehicles are to be near the ego than the plan has there.
     more: u32,
-    sight: Sight,
+    cameras: EgoCameras,
     /// Counts of the road users in view since the last replacement.
     in_view: Vec<u32>,
 }
@@ -124,7 +124,7 @@ impl RoadUsers {
             vehicles: Vec::new(),
             walking: Vec::new(),
             more: 0,
-            sight: Sight::new(cast.sensors),
+            cameras: EgoCameras::new(cast.sensors),
             in_view: Vec::new(),
         };
         // The last place of the order comes first.
@@ -168,7 +168,7 @@ impl RoadUsers {
             walking: Vec::new(),
             lanes: Vec::new(),
             more: 0,
-            sight: Sight::new(&[]),
+            cameras: EgoCameras::new(&[]),
             in_view: Vec::new(),
         };
         users.fill(client, &mut order, traffic.vehicles)?;
@@ -395,12 +395,12 @@ impl RoadUsers {
         count: usize,
     ) -> Result<Vec<Pose>, CollectError> {
         let mut chosen = Vec::new();
-        let eyes = self.sight.eyes(client, ego);
+        let cameras = self.cameras.at(client, ego);
         while chosen.len() < count && !places.is_empty() {
             let pose = places.swap_remove(self.random.below(places.len()));
             // Places of both lie above the ground; the box of a pedestrian is centred at its place.
             let target = Target { actor: None, pose, half_extents_m };
-            if !eyes.see(&target, UNSEEN_PX, MARGIN)? {
+            if !cameras.show(&target, UNSEEN_PX, MARGIN)? {
                 chosen.push(pose);
             }
         }
@@ -414,11 +414,11 @@ impl RoadUsers {
         actors: &[ActorId],
         ego: &ActorState,
     ) -> Result<Vec<ActorId>, CollectError> {
-        let eyes = self.sight.eyes(client, ego);
+        let cameras = self.cameras.at(client, ego);
         let mut unseen = Vec::new();
         for actor in actors {
             let Some(target) = client.world().state(*actor).and_then(target_of) else { continue };
-            if !eyes.see(&target, UNSEEN_PX, 0.0)? {
+            if !cameras.show(&target, UNSEEN_PX, 0.0)? {
                 unseen.push(*actor);
             }
         }
@@ -449,14 +449,14 @@ impl RoadUsers {
 
     /// How many road users a camera shows at least [`IN_VIEW_PX`] high.
     fn count_in_view(&self, client: &Client, ego: &ActorState) -> Result<u32, CollectError> {
-        let eyes = self.sight.eyes(client, ego);
+        let cameras = self.cameras.at(client, ego);
         let mut count = 0;
         for state in client.world().states() {
             let is_road_user = matches!(state.kind, kind::VEHICLE | kind::WALKER);
             if is_road_user
                 && state.actor_id != self.ego
                 && let Some(target) = target_of(state)
-                && eyes.see(&target, IN_VIEW_PX, 0.0)?
+                && cameras.show(&target, IN_VIEW_PX, 0.0)?
             {
                 count += 1;
             }

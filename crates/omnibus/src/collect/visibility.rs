@@ -1,4 +1,4 @@
-//! What the cameras on the ego see of the road users: decided by geometry, not by images, so that it is
+//! Which road users the cameras on the ego show: decided by geometry, not by images, so that it is
 //! known before a frame is rendered and in a run that is resumed without rendering.
 
 use client_lib::{Client, ClientError, Tag};
@@ -8,16 +8,16 @@ use protocol::{ActorId, ActorState, Pose, SensorSpec, sensor};
 use crate::collect::sensors::{Pinhole, sensor_from_optical};
 
 /// The cameras on the ego.
-pub(crate) struct Sight {
+pub(crate) struct EgoCameras {
     cameras: Vec<(Pinhole, Pose)>,
 }
 
 /// The cameras at one frame.
-pub(crate) struct Eyes<'a> {
+pub(crate) struct PlacedCameras<'a> {
     client: &'a Client,
     ego: ActorId,
     /// Each with `optical_from_world` and its place in world space.
-    eyes: Vec<(Pinhole, Affine3A, Vec3)>,
+    cameras: Vec<(Pinhole, Affine3A, Vec3)>,
 }
 
 /// What is looked for: a box that stands on the ground.
@@ -39,37 +39,37 @@ impl Target {
     }
 }
 
-impl Sight {
+impl EgoCameras {
     /// Returns the cameras among the sensors.
-    pub(crate) fn new(sensors: &[SensorSpec]) -> Sight {
+    pub(crate) fn new(sensors: &[SensorSpec]) -> EgoCameras {
         let cameras = sensors.iter().filter(|spec| spec.kind == sensor::CAMERA);
-        Sight {
+        EgoCameras {
             cameras: cameras.map(|spec| (Pinhole::of(spec), spec.parent_from_sensor)).collect(),
         }
     }
 
     /// Returns the cameras where the ego is now.
-    pub(crate) fn eyes<'a>(&self, client: &'a Client, ego: &ActorState) -> Eyes<'a> {
-        let eye = |(camera, vehicle_from_sensor): &(Pinhole, Pose)| {
+    pub(crate) fn at<'a>(&self, client: &'a Client, ego: &ActorState) -> PlacedCameras<'a> {
+        let place = |(camera, vehicle_from_sensor): &(Pinhole, Pose)| {
             let world_from_sensor = ego.pose.then(vehicle_from_sensor);
             let optical_from_world = (world_from_sensor.affine() * sensor_from_optical()).inverse();
             (*camera, optical_from_world, world_from_sensor.position())
         };
-        let eyes = self.cameras.iter().map(eye).collect();
-        Eyes { client, ego: ego.actor_id, eyes }
+        let cameras = self.cameras.iter().map(place).collect();
+        PlacedCameras { client, ego: ego.actor_id, cameras }
     }
 }
 
-impl Eyes<'_> {
+impl PlacedCameras<'_> {
     /// Returns whether a camera shows a part of the target, which would be at least `height_px` high.
     /// `margin` widens the images by this fraction of their size on each side.
-    pub(crate) fn see(
+    pub(crate) fn show(
         &self,
         target: &Target,
         height_px: f32,
         margin: f32,
     ) -> Result<bool, ClientError> {
-        for (camera, optical_from_world, from) in &self.eyes {
+        for (camera, optical_from_world, from) in &self.cameras {
             for point in target.points() {
                 let is_shown = is_in_image(camera, optical_from_world, point, margin)
                     && camera.focal_px * 2.0 * target.half_extents_m.z

@@ -142,7 +142,7 @@ fn lines(scene: &Scene, threads: Threads) -> anyhow::Result<Vec<FrameLine>> {
         ensure!(
             line.sim_time_nanos == expected_nanos,
             "{}: frame {} is at {} ns, and would be at {expected_nanos} ns if all had the same \
-             distance, as LeRobot wants it; is a frame missing?",
+             distance, as LeRobot requires; is a frame missing?",
             scene.name,
             line.frame,
             line.sim_time_nanos
@@ -225,7 +225,7 @@ impl Layout {
         let folder = root.join(format!("data/chunk-{:03}", file / CHUNK_FILES));
         fs::create_dir_all(&folder).with_context(|| folder.display().to_string())?;
         let path = folder.join(format!("file-{:03}.parquet", file % CHUNK_FILES));
-        // By this `datasets` knows images without `info.json`.
+        // By this `datasets` reads images without `info.json`.
         let images = self.image_names();
         let features: Map<_, _> =
             images.iter().map(|name| (name.clone(), json!({ "_type": "Image" }))).collect();

@@ -50,7 +50,7 @@ fn pcd(rows: &[f32], own: Vec3) -> Vec<u8> {
         let (rate, azimuth, altitude, depth_m) = (row[0], row[1], row[2], row[3]);
         let level = altitude.cos();
         let to = Vec3::new(azimuth.cos() * level, azimuth.sin() * level, altitude.sin());
-        // What a radar knows of a velocity is its part along the ray.
+        // A radar measures the part of a velocity along the ray.
         let [relative, absolute] = [rate, rate + own.dot(to)].map(|rate| to * rate);
         let stationary = u8::from((rate + own.dot(to)).abs() < MOVING_FROM_MPS);
         put(

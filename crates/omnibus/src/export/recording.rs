@@ -60,7 +60,7 @@ pub(crate) fn write(names: &[PathBuf], root: &Path) -> anyhow::Result<u64> {
 /// A recording that is written.
 struct Export {
     file: McapFile,
-    /// The blueprint of each index, where this program knows it.
+    /// The blueprint of each index, where this program has it.
     blueprints: Vec<(String, Option<&'static town::Blueprint>)>,
     roles: BTreeMap<ActorId, String>,
     /// The names of the actors of the frame before.
