@@ -96,7 +96,8 @@ fn a_simulator_that_loads_a_map_ends_at_a_signal() {
         let name = format!("load{}-{}", std::process::id() % 100_000, extra.len());
         let mut started = omnibus();
         started.env("OMNIBUS_CACHE", scratch.path());
-        started.args(["run", "--device", "null", "--name", &name, "--map"]).arg(&map).args(extra);
+        started.args(["run", "--no-carla", "--device", "null", "--name", &name, "--map"]);
+        started.arg(&map).args(extra);
         let mut simulator = started.stdout(Stdio::piped()).spawn().unwrap();
         let folder = PathBuf::from(format!("/dev/shm/omnibus-{name}"));
         eventually("an instance", || folder.exists());
