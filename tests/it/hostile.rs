@@ -226,8 +226,11 @@ fn a_server_without_descriptors_closes_idle_connections() {
 
 #[test]
 fn a_taken_port_ends_the_program_and_names_the_options() {
-    let taken = TcpListener::bind("127.0.0.1:0").unwrap();
-    let port = taken.local_addr().unwrap().port();
+    // Above a port that nothing else on the machine has.
+    let (port, taken) = std::iter::repeat_with(|| TcpListener::bind("127.0.0.1:0").unwrap())
+        .map(|taken| (taken.local_addr().unwrap().port(), taken))
+        .find(|(port, _)| TcpListener::bind(("127.0.0.1", port - 1)).is_ok())
+        .unwrap();
     for carla_port in [port, port - 1] {
         let port_arg = carla_port.to_string();
         let said = refusal(&["run", "--map", small_map(), "--carla-port", &port_arg]);
