@@ -12,6 +12,9 @@ use crate::World;
 const CELL_M: f32 = 8.0;
 /// The most cells on a side of the grid: on larger maps, cells are larger.
 const SIDE_MAX: f32 = 2048.0;
+/// Rays visit cells that are at most this far beside them, metres: more than the rounding errors of places
+/// 20 km from the origin, and than the slack of [`meet`] on triangles of 100 m.
+const SLACK_M: f32 = 0.01;
 /// Rays are cut off at this length, metres.
 const REACH_M: f32 = 20_000.0;
 /// Hits nearer to each other than this are one, metres.
@@ -59,6 +62,7 @@ impl RayGrid {
             let position = from + along * share;
             RayHit { share, position, tag, actor }
         };
+        // Each with the number of its triangle: of equally near hits, the lowest comes first.
         let mut hits = Vec::new();
         for triangle in self.below(from.truncate(), (from + along).truncate()) {
             let corner = |i: usize| {
@@ -66,7 +70,7 @@ impl RayGrid {
                 Vec3::from_array(mesh.positions[index as usize])
             };
             if let Some(share) = meet(from, along, [corner(0), corner(1), corner(2)]) {
-                hits.push(hit(share, mesh.faces[triangle as usize].tag, None));
+                hits.push((hit(share, mesh.faces[triangle as usize].tag, None), triangle));
             }
         }
         for actor in world.actors() {
@@ -75,10 +79,11 @@ impl RayGrid {
             let pose = actor.pose();
             let center = pose.affine().transform_point3(Vec3::from_array(info.center_m));
             if let Some(share) = enter(from, along, 1.0, center, pose.rotation(), half) {
-                hits.push(hit(share, info.tag, Some(actor.id())));
+                hits.push((hit(share, info.tag, Some(actor.id())), u32::MAX));
             }
         }
-        hits.sort_by(|a, b| a.share.total_cmp(&b.share));
+        hits.sort_by(|(a, a_at), (b, b_at)| a.share.total_cmp(&b.share).then(a_at.cmp(b_at)));
+        let mut hits: Vec<_> = hits.into_iter().map(|(hit, _)| hit).collect();
         let apart = APART_M / along.length().max(APART_M);
         hits.dedup_by(|later, earlier| later.share - earlier.share < apart);
         hits
@@ -132,29 +137,28 @@ impl RayGrid {
         cell.clamp(IVec2::ZERO, IVec2::new(self.columns - 1, self.rows - 1))
     }
 
-    /// The triangles in the cells below a ray, each once.
-    fn below(&self, from: Vec2, to: Vec2) -> Vec<u32> {
-        let mut found = Vec::new();
-        let steps = ((to - from).length() / (self.cell_m * 0.5)).ceil().max(1.0) as u32;
-        let mut cells = Vec::new();
-        for step in 0..=steps {
-            let at = self.cell(from.lerp(to, step as f32 / steps as f32));
-            // Half a cell's step may cut a corner; its neighbours are searched too.
-            for offset in [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::NEG_X, IVec2::NEG_Y] {
-                let near =
-                    (at + offset).clamp(IVec2::ZERO, IVec2::new(self.columns - 1, self.rows - 1));
-                cells.push(near.y * self.columns + near.x);
+    /// The triangles in the cells below a ray; one that lies in several cells comes several times.
+    fn below(&self, from: Vec2, to: Vec2) -> impl Iterator<Item = u32> + '_ {
+        let (low, high) = (self.cell(from.min(to) - SLACK_M), self.cell(from.max(to) + SLACK_M));
+        let along = to - from;
+        (low.y..=high.y).flat_map(move |row| {
+            // The part of the ray above this row of cells. Beyond the grid belongs to its outer rows.
+            let side = |row: i32| (row as f32).mul_add(self.cell_m, self.low.y);
+            let south = if row == 0 { f32::NEG_INFINITY } else { side(row) - SLACK_M };
+            let north = if row + 1 == self.rows { f32::INFINITY } else { side(row + 1) + SLACK_M };
+            let (mut begin, mut end) = (0.0, 1.0f32);
+            if along.y != 0.0 {
+                let [a, b] = [south, north].map(|y| (y - from.y) / along.y);
+                (begin, end) = (a.min(b).max(begin), a.max(b).min(end));
             }
-        }
-        cells.sort_unstable();
-        cells.dedup();
-        for cell in cells {
-            let (begin, end) = (self.starts[cell as usize], self.starts[cell as usize + 1]);
-            found.extend_from_slice(&self.triangles[begin as usize..end as usize]);
-        }
-        found.sort_unstable();
-        found.dedup();
-        found
+            let [a, b] = [begin, end].map(|share| along.x.mul_add(share, from.x));
+            let first = self.cell(Vec2::new(a.min(b) - SLACK_M, 0.0)).x;
+            let last = self.cell(Vec2::new(a.max(b) + SLACK_M, 0.0)).x;
+            let index = |column: i32| (row * self.columns + column) as usize;
+            // The cells of a row lie one after another.
+            let range = self.starts[index(first)] as usize..self.starts[index(last) + 1] as usize;
+            self.triangles[range].iter().copied()
+        })
     }
 }
 
@@ -216,13 +220,49 @@ mod tests {
         mesh.quad([corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)], face);
         let grid = RayGrid::new(&mesh);
         let near = grid.below(Vec2::new(33.0, 60.0), Vec2::new(33.0, 60.0));
-        assert!(!near.is_empty());
         let from = Vec3::new(33.0, 60.0, 10.0);
         let corners = |t: u32| {
             mesh.triangles[t as usize].map(|c| Vec3::from_array(mesh.positions[c as usize]))
         };
         let hits: Vec<f32> =
-            near.iter().filter_map(|t| meet(from, Vec3::NEG_Z * 16.0, corners(*t))).collect();
+            near.filter_map(|t| meet(from, Vec3::NEG_Z * 16.0, corners(t))).collect();
         assert!(hits.iter().any(|share| (share - 0.5).abs() < 1e-5), "{hits:?}");
+    }
+
+    #[test]
+    fn a_ray_finds_every_triangle_that_it_hits() {
+        let mut random = mesh::RandomStream::from_state(7);
+        let mut between = |low: f32, high: f32| random.between(low, high);
+        let mut mesh = Mesh::default();
+        let face = Face::new(Tag::Roads, Material::Asphalt, 0);
+        for _ in 0..2000 {
+            let at = [between(-200.0, 200.0), between(-90.0, 90.0), between(0.0, 20.0)];
+            let mut corner = || [0, 1, 2].map(|axis| at[axis] + between(-6.0, 6.0));
+            let corners = [corner(), corner(), corner(), corner()];
+            mesh.quad(corners, face);
+        }
+        let grid = RayGrid::new(&mesh);
+        let mut hits = 0;
+        for round in 0..500 {
+            // Some begin or end beyond the grid, and some are level with its axes or vertical.
+            let mut end =
+                || Vec3::new(between(-300.0, 300.0), between(-150.0, 150.0), between(-5.0, 25.0));
+            let (from, mut to) = (end(), end());
+            match round % 4 {
+                0 => to.x = from.x,
+                1 => to.y = from.y,
+                2 => (to.x, to.y) = (from.x, from.y),
+                _ => {}
+            }
+            let found: Vec<_> = grid.below(from.truncate(), to.truncate()).collect();
+            for (index, triangle) in mesh.triangles.iter().enumerate() {
+                let corners = triangle.map(|c| Vec3::from_array(mesh.positions[c as usize]));
+                if meet(from, to - from, corners).is_some() {
+                    hits += 1;
+                    assert!(found.contains(&(index as u32)), "{index} from {from} to {to}");
+                }
+            }
+        }
+        assert!(hits > 1000, "{hits}");
     }
 }
