@@ -162,9 +162,14 @@ impl Walker {
             self.yaw_rad = self.desired_speed_mps.y.atan2(self.desired_speed_mps.x);
             let stepped = next + (self.desired_speed_mps * dt).extend(0.0);
             // A walker inside a box may leave it.
+            let [here_m, there_m] = [next, stepped].map(|feet| feet + self.model.middle_m());
+            let way_m = here_m.distance(there_m);
             let deeper = |obstacle: &Obstacle| {
-                let [from, to] = [next, stepped]
-                    .map(|feet| obstacle.gap(feet + self.model.middle_m(), &self.model).0);
+                if obstacle.is_far(here_m, &self.model, way_m) {
+                    return false;
+                }
+                let [from, to] =
+                    [here_m, there_m].map(|middle_m| obstacle.gap(middle_m, &self.model).0);
                 to < 0.0 && to < from
             };
             if !obstacles.iter().any(deeper) && free(stepped) {
