@@ -1,4 +1,4 @@
-//! Times the CPU tracer: `cpu_time [THREADS] [FRAMES] [FILTER]`.
+//! Times the CPU tracer: `cpu_time [THREADS] [FRAMES] [FILTER] [QUALITY] [NIGHT]`.
 //!
 //! Prints wall time and CPU time for each workload on the largest town with 100 cars, at the same
 //! 16 street poses.
@@ -10,7 +10,7 @@ mod sample;
 use std::error::Error;
 use std::time::Instant;
 
-use omnibus_sensor_render::{BundleJob, CpuTracer, Scene, Tracer, World, pose_planes};
+use omnibus_sensor_render::{BundleJob, CpuTracer, Quality, Scene, Tracer, World, pose_planes};
 use protocol::{Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
 
 const POSES: usize = 16;
@@ -20,6 +20,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     let threads = arguments.first().map_or(Ok(0), |text| text.parse())?;
     let frames: usize = arguments.get(1).map_or(Ok(4), |text| text.parse())?;
     let filter = arguments.get(2).map_or("", String::as_str);
+    let quality = arguments.get(3).map_or(Ok(Quality::Low), |text| text.parse())?;
+    let is_night = arguments.get(4).is_some();
     let town = sample::Sample::heavy()?;
     let begin = Instant::now();
     let scene = Scene::of_town(&town.town)?;
@@ -35,7 +37,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     );
     let mut world = World::new();
     let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
-    world.place(&scene, stamp, 50_000_000, &Weather::default(), &actors, sample::paint);
+    world.set_quality(quality);
+    let mut weather = Weather::default();
+    if is_night {
+        weather.sun_altitude_rad = -0.6;
+    }
+    world.place(&scene, stamp, 50_000_000, &weather, &actors, sample::paint);
     let mut tracer = Tracer::Cpu(CpuTracer::new(threads)?);
     println!("{}", tracer.describe());
     println!("{:<28}{:>12}{:>12}{:>12}", "", "wall ms", "cpu ms", "not sky");

@@ -1,5 +1,5 @@
 //! Renders street poses of a town into PNG pictures:
-//! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast]`.
+//! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]`.
 
 mod sample;
 
@@ -20,9 +20,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     let scene = Scene::of_town(&town.town)?;
     let mut tracer = Tracer::open(argument(4, "cpu").parse()?, 0)?;
     std::fs::create_dir_all(&folder)?;
+    let quality = argument(6, "low").parse()?;
     let actors = town.traffic(100, 3);
     for weather_name in argument(5, "noon").split(',') {
         let mut world = World::new();
+        world.set_quality(quality);
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let weather = weather(weather_name);
         world.place(&scene, stamp, 50_000_000, &weather, &actors, sample::paint);

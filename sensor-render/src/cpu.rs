@@ -4,6 +4,7 @@ mod beam;
 mod camera;
 mod geometry;
 mod grain;
+mod lamplight;
 mod lidar;
 mod overlay_raster;
 mod pattern;
@@ -20,7 +21,9 @@ mod traversal;
 use camera::CameraRows;
 use lidar::LidarColumns;
 use rayon::prelude::*;
+use shade::Shade;
 
+use crate::lamps::LampGrid;
 use crate::outputs::{Tile, split};
 use crate::rays::Sensor;
 use crate::simd::Isa;
@@ -74,10 +77,11 @@ impl CpuTracer {
         let work = split(world, jobs)?;
         let (isa, sensors) = (self.isa, &work.sensors);
         let light = world.light();
+        let lamps = LampGrid::new(scene, world, &light);
         let trace = |mut tile: Tile| match &sensors[tile.sensor] {
             Sensor::Camera(camera) => {
-                let (light, tile) = (&light, &mut tile);
-                isa.run(CameraRows { scene, world, light, camera, tile });
+                let shade = Shade { scene, world, light: &light, lamps: &lamps, camera };
+                isa.run(CameraRows { shade, tile: &mut tile });
             }
             Sensor::Lidar(lidar) => isa.run(LidarColumns { scene, world, lidar, tile: &mut tile }),
         };

@@ -2,13 +2,16 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use protocol::Weather;
 
+use crate::quality::Sample;
+
 /// Sun, sky and atmosphere of one frame, for shading. The shaders read the same 128 bytes.
 ///
 /// Radiances are linear; a white diffuse surface in full sunlight has a radiance of about 1.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Light {
-    /// Direction to the sun, or at night to the moon; w: 1 if it casts shadows.
+    /// Direction to the sun, or at night to the moon; w: 1 if it casts shadows. The moon's are fainter
+    /// than those of any lamp and are left out.
     pub(crate) sun: Vec4,
     /// Irradiance of a surface that faces it; w: brightness of its disc.
     pub(crate) sun_color: Vec4,
@@ -23,8 +26,8 @@ pub(crate) struct Light {
     /// x: extinction by haze per metre; y: share of the ground under puddles; z: exposure; w:
     /// simulated time scaled by the wind, for drifting clouds.
     pub(crate) air: Vec4,
-    /// Zero.
-    pub(crate) reserved: Vec4,
+    /// Radius of the sun's disc at distance 1, perpendicular to its direction; w: 0.
+    pub(crate) sun_radius: Vec4,
 }
 
 const _: () = assert!(size_of::<Light>() == 128);
@@ -47,10 +50,15 @@ impl Light {
         let noon = Vec3::new(2.9, 2.75, 2.45);
         let dusk = Vec3::new(2.6, 1.35, 0.55);
         let moonlight = Vec3::new(0.05, 0.06, 0.09);
-        let by_day = noon.lerp(dusk, low) * smooth(-0.04, 0.2, sun.z) * (1.0 - 0.93 * overcast);
+        // Fog scatters the sun's light; what is left of it casts faint shadows.
+        let fog = share(weather.fog_density);
+        let through = 1.0 - 0.97 * smooth(0.05, 0.6, fog);
+        let by_day =
+            noon.lerp(dusk, low) * smooth(-0.04, 0.2, sun.z) * (1.0 - 0.93 * overcast) * through;
         let by_night = moonlight * (1.0 - day) * (1.0 - 0.8 * overcast);
         // At night the moon is opposite to the sun.
-        let (sun, sun_color) = if sun.z > -0.04 {
+        let is_sun = sun.z > -0.04;
+        let (sun, sun_color) = if is_sun {
             (sun, by_day)
         } else {
             (Vec3::new(-sun.x, -sun.y, -sun.z.min(-0.35)).normalize_or(Vec3::Z), by_night)
@@ -68,14 +76,13 @@ impl Light {
 
         let ground = (zenith * 0.35 + horizon * 0.25 + sun_color * sun.z.max(0.0) * 0.3)
             * Vec3::new(0.30, 0.29, 0.27);
-        let fog = share(weather.fog_density);
         let haze = horizon.lerp(Vec3::splat((horizon.x + horizon.y + horizon.z) / 3.0), fog);
         let rain = share(weather.precipitation);
         let extinction = 0.00016 + 0.0008 * rain + 0.03 * fog * fog + 0.0006 * fog;
         let exposure = 0.62 + 1.4 * (1.0 - day) + 0.35 * overcast * day;
         let seconds = (sim_time_nanos % 3_600_000_000_000) as f32 * 1e-9;
         Light {
-            sun: sun.extend(f32::from(sun_color.max_element() > 0.004)),
+            sun: sun.extend(f32::from(is_sun && sun_color.max_element() > 0.004)),
             sun_color: sun_color.extend((1.0 - overcast) * day),
             zenith: zenith.extend(clouds),
             horizon: horizon.extend(1.0 - day),
@@ -87,10 +94,19 @@ impl Light {
                 exposure,
                 seconds * (0.3 + share(weather.wind_intensity)),
             ),
-            reserved: Vec4::ZERO,
+            sun_radius: (sun.any_orthonormal_vector() * SUN_RADIUS).extend(0.0),
         }
     }
+
+    /// Returns the direction to a point of the sun's disc.
+    pub(crate) fn on_sun(&self, [_, _, across, along]: Sample) -> Vec3 {
+        let (sun, radius) = (self.sun.truncate(), self.sun_radius.truncate());
+        sun + radius * across + sun.cross(radius) * along
+    }
 }
+
+/// Tangent of the sun's angular radius, 0.266 degrees.
+const SUN_RADIUS: f32 = 0.004_64;
 
 /// Returns 0 below `low`, 1 above `high`, and a smooth transition between.
 fn smooth(low: f32, high: f32, x: f32) -> f32 {

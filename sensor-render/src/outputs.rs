@@ -72,7 +72,7 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos)?;
+            let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
             if let (Sensor::Camera(camera), Some(moved)) =
                 (&mut sensor, world.motion_of(job.parent))
             {

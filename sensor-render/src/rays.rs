@@ -3,7 +3,7 @@ use std::f64::consts::{PI, TAU};
 use glam::{Affine3A, Mat3, Vec3};
 use protocol::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
 
-use crate::error::TraceError;
+use crate::{error::TraceError, quality::Quality};
 
 /// Sets each plane's `world_from_sensor` for the given pose of the bundle's parent.
 pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_parent: &Pose) {
@@ -37,6 +37,8 @@ pub(crate) struct Camera {
     pub(crate) center: [f32; 2],
     /// Side length of a pixel at depth 1. Metres.
     pub(crate) pixel: f32,
+    /// Rays per pixel of the colour image.
+    pub(crate) quality: Quality,
     /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
 }
@@ -51,7 +53,7 @@ pub(crate) struct View {
 }
 
 impl Camera {
-    fn new(spec: &SensorSpec, pose: &Pose) -> Result<Camera, TraceError> {
+    fn new(spec: &SensorSpec, pose: &Pose, quality: Quality) -> Result<Camera, TraceError> {
         let fov = f64::from(spec.fov_rad);
         if !(fov > 0.001 && fov < PI - 0.001) {
             return Err(TraceError::FieldOfView { sensor: spec.name, fov_rad: spec.fov_rad });
@@ -67,6 +69,7 @@ impl Camera {
             down: -axes.z_axis * pixel,
             center: [spec.width, spec.height].map(|n| n as f32 * 0.5 - 0.5),
             pixel,
+            quality: quality.or_own(spec.quality),
             before: None,
         })
     }
@@ -192,7 +195,7 @@ pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u6
     }
 }
 
-/// Returns the ray generator of one sensor of a bundle.
+/// Returns the ray generator of one sensor of a bundle. `quality` is that of cameras that ask for none.
 ///
 /// # Errors
 /// [`TraceError`] if the pose is not rigid, the kind is unsupported, or the field of view is out of
@@ -202,12 +205,13 @@ pub(crate) fn rays(
     pose: &Pose,
     stamp: Stamp,
     delta_nanos: u64,
+    quality: Quality,
 ) -> Result<Sensor, TraceError> {
     if !pose.is_valid() {
         return Err(TraceError::InvalidPose { sensor: spec.name });
     }
     match spec.kind {
-        sensor::CAMERA => Camera::new(spec, pose).map(Sensor::Camera),
+        sensor::CAMERA => Camera::new(spec, pose, quality).map(Sensor::Camera),
         sensor::LIDAR => Ok(Sensor::Lidar(Lidar::new(spec, pose, stamp, delta_nanos))),
         kind => Err(TraceError::UnknownKind { sensor: spec.name, kind }),
     }

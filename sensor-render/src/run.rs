@@ -20,6 +20,7 @@ use crate::{
     job::BundleJob,
     meshes::MeshList,
     overlay::Overlay,
+    quality::Quality,
     rays::pose_planes,
     run_error::RenderError,
     scene::{Replaced, Scene},
@@ -36,6 +37,8 @@ pub struct RenderConfig {
     pub null: bool,
     /// Number of threads of the CPU tracer; 0 means one per core.
     pub threads: usize,
+    /// Rays per pixel of the colour images of cameras that ask for no quality.
+    pub quality: Quality,
     /// TOML list of glTF files that replace the meshes of blueprints.
     pub meshes: Option<PathBuf>,
 }
@@ -70,12 +73,14 @@ pub fn run(
     participant.ready()?;
     let done = participant.words().ack();
     let first = done.next();
+    let mut world = World::new();
+    world.set_quality(config.quality);
     let mut renderer = Renderer {
         tracer,
         participant,
         ports,
         scene,
-        world: World::new(),
+        world,
         standing: StandingState::default(),
         cache,
         number,

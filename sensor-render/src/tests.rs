@@ -10,9 +10,11 @@ use protocol::{
 };
 
 mod baked;
+mod lamps;
 mod motion;
 mod overlay;
 mod pieces;
+mod quality;
 mod street_lights;
 
 use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};

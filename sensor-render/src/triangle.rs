@@ -1,4 +1,5 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Vec3;
 
 /// One triangle, with everything that shading a hit needs. The shaders read the same 48 bytes.
 #[derive(Clone, Copy, Debug, Default, Pod, Zeroable)]
@@ -20,6 +21,12 @@ impl Triangle {
     #[cfg(test)]
     pub(crate) fn tag(&self) -> u8 {
         self.face as u8
+    }
+
+    /// Returns the three corners.
+    pub(crate) fn corners(&self) -> [Vec3; 3] {
+        let [corner, edge1, edge2] = [self.corner, self.edge1, self.edge2].map(Vec3::from);
+        [corner, corner + edge1, corner + edge2]
     }
 
     #[inline(always)]

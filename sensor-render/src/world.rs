@@ -13,6 +13,7 @@ use crate::{
     motion::Motions,
     overlay::Overlay,
     pieces::pieces,
+    quality::Quality,
     sah_build::over_boxes,
     scene::Scene,
     wide::{WideNode, widen},
@@ -46,6 +47,8 @@ pub struct World {
     pub(crate) limbs_before: Vec<WalkerLimbs>,
     /// Street lights that a command has set, in ascending order of their numbers.
     pub(crate) street_lights: Arc<Vec<StreetLight>>,
+    /// Quality of cameras that ask for none.
+    pub(crate) quality: Quality,
     /// Whether no shadow rays are traced.
     is_shadowless: bool,
 }
@@ -70,6 +73,11 @@ impl World {
     /// brighter; for measuring the time of shadow rays.
     pub fn set_shadows(&mut self, has_shadows: bool) {
         self.is_shadowless = !has_shadows;
+    }
+
+    /// Sets the quality of the cameras that ask for none, [`Quality::Low`] at first.
+    pub fn set_quality(&mut self, quality: Quality) {
+        self.quality = quality;
     }
 
     /// Returns the light of the frame.

@@ -4,7 +4,8 @@ use std::collections::BTreeMap;
 
 use bus::{HostPorts, free_bytes};
 use protocol::{
-    ActorId, BundleId, CreateBundle, Name, Refusal, SENSORS_MAX, SensorSpec, layout, output, sensor,
+    ActorId, BundleId, CreateBundle, Name, Refusal, SENSORS_MAX, SensorSpec, layout, output,
+    quality, sensor,
 };
 
 /// Largest width or height of an image, in pixels or rays.
@@ -189,6 +190,12 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), Refusal> {
         )));
     }
     if spec.kind == sensor::CAMERA {
+        if spec.quality > quality::EPIC {
+            return Err(Refusal::out_of_range(format!(
+                "quality is {}, not 0 (as the renderer), 1 (low), 2 (standard) or 3 (epic)",
+                spec.quality
+            )));
+        }
         return in_range("fov_rad", spec.fov_rad, 0.01, 3.1);
     }
     in_range("fov_rad", spec.fov_rad, 0.01, 6.283_186)?;

@@ -85,7 +85,8 @@ pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use refusal::{Refusal, RefusalCode};
 pub use route::{ROUTE_STEPS, RouteCommand, RouteStep, route_step};
 pub use sensor_code::{
-    BundleId, CreateBundle, DEPTH_FAR_M, SENSORS_MAX, output, point_attribute, sensor, tracer,
+    BundleId, CreateBundle, DEPTH_FAR_M, SENSORS_MAX, output, point_attribute, quality, sensor,
+    tracer,
 };
 pub use sensor_spec::{BundleHeader, Plane, SensorSpec, element_bytes, layout};
 pub use settings::Settings;

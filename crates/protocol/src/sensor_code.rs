@@ -97,6 +97,19 @@ pub mod point_attribute {
     pub const COS_INCIDENCE: u32 = 1;
 }
 
+/// Values of [`crate::SensorSpec::quality`]: rays per pixel of a colour image. The other outputs of a
+/// camera have one ray through the centre of each pixel at every level.
+pub mod quality {
+    /// The level of the renderer.
+    pub const DEFAULT: u32 = 0;
+    /// One ray.
+    pub const LOW: u32 = 1;
+    /// Four rays.
+    pub const STANDARD: u32 = 2;
+    /// Sixteen rays.
+    pub const EPIC: u32 = 3;
+}
+
 /// Depth of a pixel where nothing is hit, metres.
 pub const DEPTH_FAR_M: f32 = 1000.0;
 

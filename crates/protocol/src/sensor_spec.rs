@@ -22,8 +22,8 @@ pub struct SensorSpec {
     pub outputs: u32,
     /// `parent_from_sensor`: the parent is the bundle's actor, or the world.
     pub parent_from_sensor: Pose,
-    /// Reserved; 0.
-    pub reserved_word: u32,
+    /// Cameras: one of [`crate::quality`].
+    pub quality: u32,
     /// Seed of the sensor's noise.
     pub seed: u64,
     /// Simulated time between two measurements, counted from the bundle's first frame, which is

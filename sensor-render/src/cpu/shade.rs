@@ -1,13 +1,19 @@
 //! Shading: colours of surfaces and sky. Twin of shade.wgsl.
 
+use glam::Vec3;
+
 use super::grain::{noise, smooth};
+use super::lamplight::LitSurface;
 use super::pattern;
 use super::ray_packet::Hits;
 use super::shadow::Shadow;
-use super::sky::{ambient, haze_share, reflection, sky, splat, tone_map};
+use super::sky::{ambient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
+use crate::hit::NONE;
+use crate::lamps::LampGrid;
 use crate::light::Light;
+use crate::quality::Sample;
 use crate::rays::Camera;
 use crate::scene::Scene;
 use crate::simd::{Float, Mask, V3, Word};
@@ -23,41 +29,118 @@ pub(crate) struct Shade<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) world: &'a World,
     pub(crate) light: &'a Light,
+    pub(crate) lamps: &'a LampGrid,
     pub(crate) camera: &'a Camera,
 }
 
-impl Shade<'_> {
-    /// Returns the colours of sixteen rays: red in bits 0 to 7, green, blue, 255.
+/// Radiance towards the camera, divided by what shadow rays decide about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Radiance<F: Float> {
+    /// Part that no shadow ray decides about.
+    base: V3<F>,
+    /// By the sun, if it is not in shadow.
+    sun: V3<F>,
+    /// By the strongest lamp, if it is not in shadow.
+    lamp: V3<F>,
+    /// Index of that lamp; [`NONE`] if there is none.
+    lamp_number: F::Word,
+}
+
+impl<F: Float> Radiance<F> {
     #[inline(always)]
-    pub(crate) fn colors<F: Float, const G: usize>(
+    pub(crate) fn black() -> Self {
+        let black = V3::splat(Vec3::ZERO);
+        Radiance { base: black, sun: black, lamp: black, lamp_number: F::Word::splat(NONE) }
+    }
+
+    /// Returns `self` where the mask is set, else `other`.
+    #[inline(always)]
+    pub(crate) fn or(self, mask: F::Mask, other: Self) -> Self {
+        Radiance {
+            base: self.base.or(mask, other.base),
+            sun: self.sun.or(mask, other.sun),
+            lamp: self.lamp.or(mask, other.lamp),
+            lamp_number: self.lamp_number.or(mask, other.lamp_number),
+        }
+    }
+}
+
+impl Shade<'_> {
+    /// Returns the radiance along the rays of `active`; it is unspecified along others.
+    #[inline(always)]
+    pub(crate) fn radiance<F: Float, const G: usize>(
         &self,
         direction: V3<F>,
         hits: &Hits<F, G>,
         group: usize,
         sample: &SurfaceSample<F>,
-        stack: &mut Stack,
-    ) -> F::Word {
+        active: F::Mask,
+    ) -> Radiance<F> {
         let light = self.light;
         let stretch = direction.dot(direction).sqrt();
         let view = direction * (F::splat(1.0) / stretch);
-        let mut color = V3::splat(glam::Vec3::ZERO);
-        if sample.hit.any() {
+        let mut radiance = Radiance::black();
+        let hit = sample.hit & active;
+        if hit.any() {
             let t = sample.t.or(sample.hit, F::splat(1.0));
             let at = direction.mul_add(t, V3::splat(self.camera.origin));
             let (triangle, instance) = (hits.triangle[group], hits.instance[group]);
-            let surfaces = SurfaceMaterials::new(
-                self.scene, self.world, light, sample.hit, triangle, instance, at,
-            );
-            let surface = self.surface(view, t, at, sample, surfaces, stack);
-            color = surface.lerp(splat(light.haze), haze_share(light, t * stretch));
+            let surfaces =
+                SurfaceMaterials::new(self.scene, self.world, light, hit, triangle, instance, at);
+            radiance = self.surface(view, t, at, sample, surfaces, hit);
+            let haze = haze_share(light, t * stretch);
+            let clear = F::splat(1.0) - haze;
+            radiance.base = radiance.base.lerp(splat(light.haze), haze);
+            radiance.sun = radiance.sun * clear;
+            radiance.lamp = radiance.lamp * clear;
         }
-        if !sample.hit.bits() != 0 {
-            color = color.or(sample.hit, sky(light, view));
+        let missed = !sample.hit & active;
+        if missed.any() {
+            let sky = Radiance { base: sky(light, view), ..Radiance::black() };
+            radiance = sky.or(missed, radiance);
         }
-        tone_map(light, color)
+        radiance
     }
 
-    /// Returns the radiance from a surface towards the camera.
+    /// Returns a radiance with the sun and the strongest lamp where they are not in shadow. `of_pixel`
+    /// is the point of the sun's disc that shadows are computed for.
+    #[inline(always)]
+    pub(crate) fn with_shadows<F: Float>(
+        &self,
+        radiance: Radiance<F>,
+        direction: V3<F>,
+        sample: &SurfaceSample<F>,
+        of_pixel: Sample,
+        stack: &mut Stack,
+    ) -> V3<F> {
+        let (light, zero) = (self.light, F::splat(0.0));
+        let mut color = radiance.base;
+        if !sample.hit.any() {
+            return color;
+        }
+        let t = sample.t.or(sample.hit, F::splat(1.0));
+        let at = direction.mul_add(t, V3::splat(self.camera.origin));
+        let away = zero.lt(sample.normal.dot(direction));
+        let normal = (-sample.normal).or(away, sample.normal);
+        let origins = normal.mul_add(F::splat(LIFT), at);
+        let sun = light.sun.truncate();
+        let mut open = zero.lt(normal.dot(V3::splat(sun))) & sample.hit;
+        if open.any() && light.sun.w > 0.0 {
+            let direction = light.on_sun(of_pixel);
+            let shadow = Shadow { direction, origins, active: open };
+            open = open & !shadow.blocked(self.scene, self.world, stack);
+        }
+        color = color + radiance.sun.or(open, V3::splat(Vec3::ZERO));
+        let lit = !radiance.lamp_number.eq(F::Word::splat(NONE)) & sample.hit;
+        if lit.any() {
+            let Shade { scene, world, lamps, .. } = *self;
+            let open = lamps.reaches(scene, world, origins, radiance.lamp_number, lit, stack);
+            color = color + radiance.lamp.or(open, V3::splat(Vec3::ZERO));
+        }
+        color
+    }
+
+    /// Returns the radiance from a surface towards the camera, without the atmosphere between.
     #[inline(always)]
     fn surface<F: Float>(
         &self,
@@ -66,8 +149,8 @@ impl Shade<'_> {
         at: V3<F>,
         sample: &SurfaceSample<F>,
         mut surfaces: SurfaceMaterials<F>,
-        stack: &mut Stack,
-    ) -> V3<F> {
+        active: F::Mask,
+    ) -> Radiance<F> {
         let (light, zero, one) = (self.light, F::splat(0.0), F::splat(1.0));
         let away = zero.lt(sample.normal.dot(view));
         let normal = (-sample.normal).or(away, sample.normal);
@@ -80,18 +163,6 @@ impl Shade<'_> {
         }
         self.apply_wetness(&mut surfaces, at, normal);
 
-        let sun = light.sun.truncate();
-        let facing = normal.dot(V3::splat(sun));
-        let mut open = zero.lt(facing) & sample.hit;
-        if open.any() && light.sun.w > 0.0 {
-            let origins = normal.mul_add(F::splat(LIFT), at);
-            let shadow = Shadow { direction: sun, origins, active: open };
-            open = open & !shadow.blocked(self.scene, self.world, stack);
-        }
-        let direct = facing.max(zero).or(open, zero).max(surfaces.wrap * F::splat(0.22));
-        let sun_color = splat::<F>(light.sun_color);
-        let scattered = surfaces.albedo.times(sun_color.mul_add(direct, ambient(light, normal.z)));
-
         // Schlick 1994, attenuated by roughness.
         let low = one - cosine.clamp01();
         let fifth = low * low * (low * low) * low;
@@ -99,12 +170,31 @@ impl Shade<'_> {
         let mirror = (one - surfaces.specular).mul_add(fifth * clear * clear, surfaces.specular);
         let mirror = mirror.or(zero.lt(surfaces.specular), zero);
         let r = normal.mul_add(cosine * F::splat(2.0), view);
-        let reflected = reflection(light, r).lerp(ambient(light, normal.z), surfaces.roughness);
+
+        let sun = light.sun.truncate();
+        let sun_color = splat::<F>(light.sun_color);
+        let facing = normal.dot(V3::splat(sun));
+        let around = surfaces.wrap * F::splat(0.22);
+        let ambient = ambient(light, normal.z);
+        let shaded = surfaces.albedo.times(sun_color.mul_add(around, ambient));
+        let reflected = reflection(light, r).lerp(ambient, surfaces.roughness);
+        let base = shaded.lerp(reflected, mirror) + surfaces.emission;
+
+        let direct = surfaces.albedo * (facing.max(around) - around);
         let spread = surfaces.roughness.mul_add(surfaces.roughness, F::splat(0.004));
         let lobe = spread / (one - r.dot(V3::splat(sun)) + spread);
-        let spot = (lobe * lobe * F::splat(0.16) / spread).min(F::splat(16.0)).or(open, zero);
-        let shining = sun_color.mul_add(spot, reflected);
-        scattered.lerp(shining, mirror) + surfaces.emission
+        let spot = (lobe * lobe * F::splat(0.16) / spread).min(F::splat(16.0));
+        let spot = V3 { x: spot, y: spot, z: spot };
+        let sun = direct.lerp(spot, mirror).times(sun_color);
+
+        let lit = LitSurface { at, normal, view, mirror, materials: &surfaces, active };
+        let lamps = self.lamps.illuminate(&lit);
+        Radiance {
+            base: base + lamps.others,
+            sun,
+            lamp: lamps.strongest,
+            lamp_number: lamps.number,
+        }
     }
 
     /// Applies rain: wet surfaces are darker and glossier, and level ground has puddles.

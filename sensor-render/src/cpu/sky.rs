@@ -63,23 +63,32 @@ pub(crate) fn haze_share<F: Float>(light: &Light, distance: F) -> F {
     one - one / growth
 }
 
-/// Converts linear radiance to bytes: red in bits 0 to 7, green, blue, 255.
+/// Converts radiance to linear display light, from 0 to 1. The rays of a pixel are averaged after this
+/// curve, so that the edge of a lamp is as smooth as any other.
 #[inline(always)]
-pub(crate) fn tone_map<F: Float>(light: &Light, color: V3<F>) -> F::Word {
-    let exposure = F::splat(light.air.z);
-    let opaque = F::Word::splat(0xff00_0000);
-    let red = byte(color.x * exposure);
-    let green = byte(color.y * exposure).shl::<8>();
-    red | green | byte(color.z * exposure).shl::<16>() | opaque
+pub(crate) fn tone_map<F: Float>(light: &Light, color: V3<F>) -> V3<F> {
+    let color = color * F::splat(light.air.z);
+    V3 { x: film(color.x), y: film(color.y), z: film(color.z) }
 }
 
 #[inline(always)]
-fn byte<F: Float>(x: F) -> F::Word {
+fn film<F: Float>(x: F) -> F {
     let x = x.max(F::splat(0.0));
     // Narkowicz 2015, a fit of the ACES curve.
     let x = x * x.mul_add(F::splat(2.51), F::splat(0.03))
         / x.mul_add(x.mul_add(F::splat(2.43), F::splat(0.59)), F::splat(0.14));
-    let x = x.min(F::splat(1.0));
+    x.min(F::splat(1.0))
+}
+
+/// Converts linear display light to bytes: red in bits 0 to 7, green, blue, 255.
+#[inline(always)]
+pub(crate) fn encode<F: Float>(color: V3<F>) -> F::Word {
+    let opaque = F::Word::splat(0xff00_0000);
+    byte(color.x) | byte(color.y).shl::<8>() | byte(color.z).shl::<16>() | opaque
+}
+
+#[inline(always)]
+fn byte<F: Float>(x: F) -> F::Word {
     // The sRGB curve as a sum of roots (Taylor 2012).
     let a = x.sqrt();
     let b = a.sqrt();

@@ -8,6 +8,7 @@ use protocol::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, out
 use super::CpuTracer;
 use super::shadow::Shadow;
 use super::traversal::Stack;
+use crate::quality::Quality;
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
 use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
@@ -89,7 +90,8 @@ fn camera_packets_agree_with_the_reference() {
             .enumerate()
     {
         let pose = town.street_pose(index);
-        let Sensor::Camera(pinhole) = rays(spec, &pose, world.stamp, 0).unwrap() else {
+        let Sensor::Camera(pinhole) = rays(spec, &pose, world.stamp, 0, Quality::Low).unwrap()
+        else {
             unreachable!()
         };
         for isa in Isa::all() {
@@ -142,7 +144,9 @@ fn lidar_packets_agree_with_the_reference() {
         ..Default::default()
     };
     let pose = town.street_pose(5).then(&Pose::level(vec3(0.0, 0.0, 0.7), 1.0));
-    let Sensor::Lidar(lidar) = rays(&spec, &pose, world.stamp, 0).unwrap() else { unreachable!() };
+    let Sensor::Lidar(lidar) = rays(&spec, &pose, world.stamp, 0, Quality::Low).unwrap() else {
+        unreachable!()
+    };
     for isa in Isa::all() {
         let measured = measure(isa, &scene, &world, &spec, &pose);
         let points = plane::<[f32; 4]>(&measured, output::POINTS);

@@ -27,9 +27,12 @@ pub(crate) struct GpuCamera {
     pub(crate) tag: u32,
     pub(crate) first_tag: u32,
     pub(crate) first_packing_group: u32,
+    pub(crate) first_sample: u32,
+    pub(crate) samples: u32,
+    pub(crate) reserved: [u32; 2],
 }
 
-const _: () = assert!(size_of::<GpuCamera>() == 112);
+const _: () = assert!(size_of::<GpuCamera>() == 128);
 
 /// Lidar as the shaders read it. Twin of `Lidar` in scene.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -109,7 +112,8 @@ pub(crate) fn batches(
                 let sensor = spec.name;
                 return Err(TraceError::TooLarge { sensor, byte_len: longest, bytes_max });
             }
-            let sensor = rays(spec, &first.world_from_sensor, world.stamp, world.delta_nanos)?;
+            let pose = &first.world_from_sensor;
+            let sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
             let mut batch = batches.last_mut().unwrap_or_else(|| unreachable!("never empty"));
             if batch.byte_len + byte_len > bytes_max
                 || u64::from(batch.tag_len) * 4 + unpacked > bytes_max
@@ -155,6 +159,9 @@ impl Batch {
             tag,
             first_tag: self.tag_len,
             first_packing_group: self.groups[2],
+            first_sample: camera.quality.first_sample(),
+            samples: camera.quality.samples().len() as u32,
+            reserved: [0; 2],
         });
         self.groups[0] += across * camera.height.div_ceil(8);
         if tag != NONE {

@@ -5,9 +5,9 @@ use wgpu::{
     ShaderRuntimeChecks, ShaderSource, ShaderStages,
 };
 
-/// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl and
-/// overlay_raster.wgsl).
-pub(crate) const BINDINGS: usize = 15;
+/// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
+/// overlay_raster.wgsl and lamplight.wgsl).
+pub(crate) const BINDINGS: usize = 16;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
@@ -17,6 +17,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/sky.wgsl"),
     include_str!("../shader/surface_material.wgsl"),
     include_str!("../shader/pattern.wgsl"),
+    include_str!("../shader/lamplight.wgsl"),
     include_str!("../shader/shade.wgsl"),
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/overlay_raster.wgsl"),

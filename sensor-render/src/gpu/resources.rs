@@ -10,8 +10,10 @@ use super::open::Gpu;
 use crate::bvh::Link;
 use crate::glyphs::GLYPHS;
 use crate::instance::StreetLight;
+use crate::lamps::LampGrid;
 use crate::lidar_return::REFLECTIVITIES;
 use crate::light::Light;
+use crate::quality::{SAMPLES, Sample};
 use crate::surface_material::MATERIALS;
 use crate::{error::TraceError, overlay::Overlay, scene::Scene, world::World};
 
@@ -26,6 +28,7 @@ struct FrameUniforms {
     roots: [u32; 4],
     groups: [u32; 4],
     overlay: [u32; 4],
+    samples: [Sample; SAMPLES.len()],
 }
 
 /// Buffers on the device.
@@ -58,6 +61,7 @@ mod at {
     pub(super) const MATERIALS: usize = 12;
     pub(super) const OVERLAY: usize = 13;
     pub(super) const STREET_LIGHTS: usize = 14;
+    pub(super) const LAMPS: usize = 15;
 }
 
 impl GpuResources {
@@ -116,8 +120,10 @@ impl GpuResources {
     /// Uploads one frame's world and one batch's sensors, and grows the output buffers.
     pub(crate) fn upload_batch(&mut self, gpu: &Gpu, scene: &Scene, world: &World, batch: &Batch) {
         let [cameras, lidars, packing] = batch.groups;
+        let light = world.light();
+        self.upload_lamps(gpu, &LampGrid::new(scene, world, &light));
         let frame = FrameUniforms {
-            light: world.light(),
+            light,
             roots: [
                 scene.town_blas.root.0,
                 world.root.unwrap_or(Link::EMPTY).0,
@@ -126,6 +132,7 @@ impl GpuResources {
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
             overlay: self.upload_overlay(gpu, &world.overlay),
+            samples: SAMPLES,
         };
         if !Arc::ptr_eq(&self.street_lights, &world.street_lights) {
             let mut overrides = vec![StreetLight {
@@ -144,6 +151,21 @@ impl GpuResources {
         self.upload(gpu, at::CIRCLES, bytemuck::cast_slice(&batch.circles));
         self.grow(gpu, at::TAGS, u64::from(batch.tag_len) * 4);
         self.grow(gpu, at::OUT, batch.byte_len);
+    }
+
+    /// Uploads the lamps: corner and cells per metre, columns, rows and offset of the lamps, then the
+    /// cells, then the lamps.
+    fn upload_lamps(&mut self, gpu: &Gpu, grid: &LampGrid) {
+        let lamps = 2 + grid.cells.len() * 2;
+        let place = [grid.low.x, grid.low.y, 1.0 / grid.side.max(1.0), 0.0];
+        let counts = [grid.columns, grid.rows, lamps as u32, 0];
+        let parts: [&[u8]; 4] = [
+            bytemuck::cast_slice(&place),
+            bytemuck::cast_slice(&counts),
+            bytemuck::cast_slice(&grid.cells),
+            bytemuck::cast_slice(&grid.lamps),
+        ];
+        self.upload(gpu, at::LAMPS, &parts.concat());
     }
 
     /// Uploads the debug shapes, if there are any. Returns the root, the offsets of capsules and

@@ -4,7 +4,7 @@
 //! skipped with a note.
 
 use glam::{Vec3, vec3};
-use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
+use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, quality};
 
 use super::GpuTracer;
 use crate::{BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes, sample};
@@ -145,12 +145,15 @@ fn both_tracers_measure_the_same() {
     let Some(mut gpu) = gpu() else { return };
     let mut cpu = Tracer::Cpu(CpuTracer::new(0).unwrap());
     let (town, scene) = town();
-    for index in 0..4 {
+    for index in 0..6 {
+        // Every weather at two levels of quality, every level in two weathers.
         let weather = weathers()[index % 3];
+        let quality = [quality::LOW, quality::STANDARD, quality::EPIC][(index + index / 3) % 3];
         let world = world_in(&town, &scene, index as u64 + 1, &weather);
         let noisy =
             SensorSpec { noise_m: 0.03, dropoff: 0.2, seed: 5, ..sample::lidar("b", 200, 24) };
-        let front = [sample::camera("front", 321, 243), sample::lidar("a", 512, 32)];
+        let front = SensorSpec { quality, ..sample::camera("front", 321, 243) };
+        let front = [front, sample::lidar("a", 512, 32)];
         let roof = [noisy, sample::camera("low", 84, 84)];
         let pose = town.street_pose(index);
         let above = pose.then(&Pose::level(vec3(-2.0, 1.0, 1.3), 2.4));
@@ -164,7 +167,7 @@ fn both_tracers_measure_the_same() {
                 let allowed = of.div_ceil(one_in).max(1);
                 assert!(
                     differ <= allowed,
-                    "pose {index}, sensor {}, output {:#x}: {differ} of {of} differ",
+                    "pose {index}, quality {quality}, sensor {}, output {:#x}: {differ} of {of} differ",
                     plane.sensor,
                     plane.output
                 );

@@ -34,12 +34,59 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     if (x >= width || y >= cameras[index].height) {
         return;
     }
-    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
-    let direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
-        + cameras[index].down.xyz * from_center.y;
-    let ray = Ray(cameras[index].origin.xyz, direction);
-    let hit = closest(ray, FAR_AWAY, false);
     let pixel = y * width + x;
+    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
+    let samples = cameras[index].samples;
+    let has_color = cameras[index].color != NONE;
+    let is_smooth = has_color && samples > 1u;
+    // A colour image of several rays per pixel has none through the centre; the other outputs have.
+    let has_others = cameras[index].depth != NONE || cameras[index].tag != NONE
+        || cameras[index].instance != NONE;
+    var film = vec3f(0.0);
+    // Rays of a pixel that hit the same triangle share its shading, among four in a row.
+    var seen: array<vec2u, 4>;
+    var shared_: array<Radiance, 4>;
+    for (var step = select(0u, 1u, is_smooth && !has_others); step < select(1u, samples + 1u, is_smooth); step++) {
+        let is_center = step == 0u;
+        var sample = frame.samples[0];
+        if (!is_center) {
+            sample = frame.samples[cameras[index].first_sample + step - 1u];
+        }
+        let at = from_center + sample.xy;
+        let direction = cameras[index].forward.xyz + cameras[index].right.xyz * at.x
+            + cameras[index].down.xyz * at.y;
+        let ray = Ray(cameras[index].origin.xyz, direction);
+        let hit = closest(ray, FAR_AWAY, false);
+        if (is_center) {
+            write_others(index, pixel, hit);
+            if (is_smooth || !has_color) {
+                continue;
+            }
+        }
+        let own = (step + 3u) % 4u;
+        let name = vec2u(hit.triangle, hit.instance);
+        var radiance: Radiance;
+        var is_fresh = true;
+        for (var other = 0u; other < select(own, 0u, is_center); other++) {
+            if (is_fresh && all(seen[other] == name)) {
+                radiance = shared_[other];
+                is_fresh = false;
+            }
+        }
+        if (is_fresh) {
+            radiance = radiance_of(ray, hit, cameras[index].origin.w);
+        }
+        seen[own] = name;
+        shared_[own] = radiance;
+        film += tone_map(with_shadows(radiance, ray, hit, sample));
+    }
+    if (has_color) {
+        bytes_out[cameras[index].color + pixel] = encode(film * (1.0 / f32(select(1u, samples, is_smooth))));
+    }
+}
+
+// Writes every output of a pixel but the colour.
+fn write_others(index: u32, pixel: u32, hit: Hit) {
     var depth = DEPTH_FAR_M;
     var tag = SKY;
     var id = 0u;
@@ -56,9 +103,6 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     }
     if (cameras[index].instance != NONE) {
         bytes_out[cameras[index].instance + pixel] = id;
-    }
-    if (cameras[index].color != NONE) {
-        bytes_out[cameras[index].color + pixel] = color_of(ray, hit, cameras[index].origin.w);
     }
 }
 

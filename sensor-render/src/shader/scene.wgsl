@@ -11,13 +11,15 @@ struct FrameUniforms {
     ground: vec4f,
     haze: vec4f,
     air: vec4f,
-    reserved: vec4f,
+    sun_radius: vec4f,
     // Root of the town's hierarchy, root of the top level, number of cameras, number of lidars.
     roots: vec4u,
     // Workgroups of the camera, lidar and packing passes, and workgroups in one row of a dispatch.
     groups: vec4u,
     // Debug shapes: root, first capsule, first text, number of texts; see overlay_raster.wgsl.
     overlay: vec4u,
+    // Rays of a pixel at each quality: see SAMPLES in quality.rs.
+    samples: array<vec4f, 21>,
 }
 
 struct Instance {
@@ -51,6 +53,11 @@ struct Camera {
     // Offset of its tags in `tags`, and its first workgroup of the packing pass.
     first_tag: u32,
     first_packing_group: u32,
+    // Its rays per pixel in `frame.samples`.
+    first_sample: u32,
+    samples: u32,
+    reserved0: u32,
+    reserved1: u32,
 }
 
 struct Lidar {

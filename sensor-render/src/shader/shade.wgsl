@@ -2,18 +2,53 @@
 
 const LIFT = 0.01;
 
-fn color_of(ray: Ray, hit: Hit, pixel: f32) -> u32 {
+// Radiance towards the camera, divided by what shadow rays decide about.
+struct Radiance {
+    base: vec3f,
+    // By the sun, if it is not in shadow.
+    sun: vec3f,
+    // By the strongest lamp, if it is not in shadow, and its number.
+    lamp: vec3f,
+    lamp_number: u32,
+}
+
+fn radiance_of(ray: Ray, hit: Hit, pixel: f32) -> Radiance {
     let stretch = length(ray.direction);
     let view = ray.direction * (1.0 / stretch);
     if (hit.triangle == NONE) {
-        return tone_map(sky_of(view));
+        return Radiance(sky_of(view), vec3f(0.0), vec3f(0.0), NONE);
     }
     let at = ray.origin + ray.direction * hit.t;
-    let surface = surface_of(view, hit, at, pixel * hit.t);
-    return tone_map(mix(surface, frame.haze.xyz, haze_share(hit.t * stretch)));
+    var radiance = surface_of(view, hit, at, pixel * hit.t);
+    let haze = haze_share(hit.t * stretch);
+    radiance.base = mix(radiance.base, frame.haze.xyz, haze);
+    radiance.sun *= 1.0 - haze;
+    radiance.lamp *= 1.0 - haze;
+    return radiance;
 }
 
-fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> vec3f {
+// Returns a radiance with the sun and the strongest lamp where they are not in shadow.
+fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f) -> vec3f {
+    var color = radiance.base;
+    if (hit.triangle == NONE) {
+        return color;
+    }
+    let normal = normal_of(hit, ray.direction);
+    let origin = ray.origin + ray.direction * hit.t + normal * LIFT;
+    var open = dot(normal, frame.sun.xyz) > 0.0;
+    if (open && frame.sun.w > 0.0) {
+        let to_sun = frame.sun.xyz + frame.sun_radius.xyz * of_pixel.z
+            + cross(frame.sun.xyz, frame.sun_radius.xyz) * of_pixel.w;
+        open = closest(Ray(origin, to_sun), FAR_AWAY, true).triangle == NONE;
+    }
+    color += select(vec3f(0.0), radiance.sun, open);
+    if (radiance.lamp_number != NONE && is_reached(radiance.lamp_number, origin)) {
+        color += radiance.lamp;
+    }
+    return color;
+}
+
+fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let normal = normal_of(hit, view);
     let cosine = -dot(normal, view);
     let long = pixel / max(cosine, 0.06);
@@ -24,25 +59,28 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> vec3f {
     }
     apply_wetness(&surface, at, normal);
 
-    let facing = dot(normal, frame.sun.xyz);
-    var open = facing > 0.0;
-    if (open && frame.sun.w > 0.0) {
-        open = closest(Ray(at + normal * LIFT, frame.sun.xyz), FAR_AWAY, true).triangle == NONE;
-    }
-    let direct = max(select(0.0, max(facing, 0.0), open), surface.wrap * 0.22);
-    let scattered = surface.albedo * (frame.sun_color.xyz * direct + ambient(normal.z));
-
     let low = 1.0 - clamp(cosine, 0.0, 1.0);
     let fifth = low * low * (low * low) * low;
     let clear = 1.0 - surface.roughness;
     let mirror =
         select(0.0, surface.specular + (1.0 - surface.specular) * fifth * clear * clear, surface.specular > 0.0);
     let r = view + normal * (cosine * 2.0);
-    let reflected = mix(reflection(r), ambient(normal.z), surface.roughness);
+
+    let facing = dot(normal, frame.sun.xyz);
+    let around = surface.wrap * 0.22;
+    let sky_light = ambient(normal.z);
+    let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
+    let reflected = mix(reflection(r), sky_light, surface.roughness);
+    let base = mix(shaded, reflected, mirror) + surface.emission;
+
+    let direct = surface.albedo * (max(facing, around) - around);
     let spread = surface.roughness * surface.roughness + 0.004;
     let lobe = spread / (1.0 - dot(r, frame.sun.xyz) + spread);
-    let spot = select(0.0, min(lobe * lobe * 0.16 / spread, 16.0), open);
-    return mix(scattered, reflected + frame.sun_color.xyz * spot, mirror) + surface.emission;
+    let spot = min(lobe * lobe * 0.16 / spread, 16.0);
+    let sun = mix(direct, vec3f(spot), mirror) * frame.sun_color.xyz;
+
+    let lamps = lamplight_of(&surface, at, normal, view, mirror);
+    return Radiance(base + lamps.others, sun, lamps.strongest, lamps.number);
 }
 
 // Applies rain: wet surfaces are darker and glossier, and level ground has puddles.

@@ -37,9 +37,14 @@ fn haze_share(distance: f32) -> f32 {
     return 1.0 - 1.0 / (1.0 + x * (1.0 + x * (0.5 + 0.2 * x)));
 }
 
-fn tone_map(radiance: vec3f) -> u32 {
+// Converts radiance to linear display light, from 0 to 1.
+fn tone_map(radiance: vec3f) -> vec3f {
     let c = max(radiance * frame.air.z, vec3f(0.0));
-    let film = min(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3f(1.0));
+    return min(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3f(1.0));
+}
+
+// Converts linear display light to bytes.
+fn encode(film: vec3f) -> u32 {
     let a = sqrt(film);
     let b = sqrt(a);
     let curve = 0.6620027 * a + 0.68412206 * b - 0.3235836 * sqrt(b) - 0.022541147 * film;
