@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 
 use client_lib::{
     ActorId, Client, Pose, clock,
-    wire::{SensorSpec, camera, lidar, output, tracer},
+    wire::{SensorSpec, camera, lidar, output, quality, tracer},
 };
 use glam::{Quat, Vec3};
 
@@ -20,8 +20,13 @@ const ROUNDS: usize = 3;
 /// Measurements of a new bundle that are discarded because they touch its memory first.
 const WARM_UP: usize = 4;
 const DRIVEN_FRAMES: usize = 100;
-const GPU_NAMES: [&str; 3] =
-    ["camera.gpu.800x600", "camera.gpu.84x84x1024", "camera.gpu.1600x900x6"];
+const GPU_NAMES: [&str; 5] = [
+    "camera.gpu.800x600",
+    "camera.gpu.800x600.standard",
+    "camera.gpu.800x600.epic",
+    "camera.gpu.84x84x1024",
+    "camera.gpu.1600x900x6",
+];
 
 /// What is measured together, and how it is counted.
 struct Job {
@@ -38,7 +43,9 @@ struct Job {
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let mut street = Street::start(effort, "cpu")?;
     let poses = street.poses.clone();
-    street.take(effort, sink, &single("camera.cpu.800x600", &poses))?;
+    street.take(effort, sink, &single("camera.cpu.800x600", quality::LOW, &poses))?;
+    street.take(effort, sink, &single("camera.cpu.800x600.standard", quality::STANDARD, &poses))?;
+    street.take(effort, sink, &single("camera.cpu.800x600.epic", quality::EPIC, &poses))?;
     street.take(effort, sink, &small("camera.cpu.84x84x64", &poses, 4))?;
     drop(street);
     let mut street = Street::start(effort, "auto")?;
@@ -46,9 +53,11 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         GPU_NAMES.iter().for_each(|name| sink.skip(name, "no GPU here"));
         return Ok(());
     }
-    street.take(effort, sink, &single(GPU_NAMES[0], &poses))?;
-    street.take(effort, sink, &small(GPU_NAMES[1], &poses, 64))?;
-    street.take(effort, sink, &ring(GPU_NAMES[2], &poses))
+    street.take(effort, sink, &single(GPU_NAMES[0], quality::LOW, &poses))?;
+    street.take(effort, sink, &single(GPU_NAMES[1], quality::STANDARD, &poses))?;
+    street.take(effort, sink, &single(GPU_NAMES[2], quality::EPIC, &poses))?;
+    street.take(effort, sink, &small(GPU_NAMES[3], &poses, 64))?;
+    street.take(effort, sink, &ring(GPU_NAMES[4], &poses))
 }
 
 /// Measures the lidar figures.
@@ -68,9 +77,12 @@ pub(crate) fn measure_lidar(effort: Effort, sink: &mut Sink) -> anyhow::Result<(
     street.take(effort, sink, &job)
 }
 
-/// Returns the job of one camera at a time.
-fn single(name: &'static str, poses: &[Pose]) -> Job {
-    let bundle = |at: &Pose| vec![camera("front", *at, 800, 600, FRAC_PI_2, output::COLOR)];
+/// Returns the job of one camera at a time, of one of [`quality`].
+fn single(name: &'static str, quality: u32, poses: &[Pose]) -> Job {
+    let bundle = |at: &Pose| {
+        let spec = camera("front", *at, 800, 600, FRAC_PI_2, output::COLOR);
+        vec![SensorSpec { quality, ..spec }]
+    };
     Job {
         name,
         bundles: poses.iter().map(bundle).collect(),

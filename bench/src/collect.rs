@@ -16,13 +16,23 @@ use crate::{
 const ROUNDS: usize = 3;
 const FRAMES: usize = 120;
 
-/// Measures the figure.
+/// Measures the figures.
 pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    measure_at("collect.default", "standard", effort, sink)?;
+    measure_at("collect.low", "low", effort, sink)
+}
+
+fn measure_at(
+    name: &'static str,
+    quality: &str,
+    effort: Effort,
+    sink: &mut Sink,
+) -> anyhow::Result<()> {
     let machine = Machine::look();
     let frames = effort.count(FRAMES);
     let mut runs = Vec::new();
     for _ in 0..effort.rounds(ROUNDS) {
-        runs.push(run(frames)?);
+        runs.push(run(frames, quality)?);
     }
     let mut rates: Vec<f64> = runs.iter().map(|run| run.rate_hz).collect();
     rates.sort_by(|a, b| b.total_cmp(a));
@@ -30,11 +40,11 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let slowest = rates[rates.len() - 1];
     let Run { tracer, bound, .. } = &runs[runs.len() - 1];
     let workload = format!(
-        "omnibus collect --vehicles 50 --frames {frames}: 800x600 colour, depth, tag and instance, \
+        "omnibus collect --vehicles 50 --frames {frames} --quality {quality}: 800x600 colour, depth, tag and instance, \
          32-channel lidar, boxes, to files; tracer {tracer}; {bound}; percentiles are of runs"
     );
     let figure = Figure {
-        name: "collect.default",
+        name,
         workload,
         unit: Unit::PerSecond("frames"),
         value,
@@ -50,12 +60,12 @@ struct Run {
     tracer: String,
 }
 
-fn run(frames: usize) -> anyhow::Result<Run> {
+fn run(frames: usize, quality: &str) -> anyhow::Result<Run> {
     let home = Scratch::new()?;
     let out = home.path().join("set");
     let output = Command::new(sim::omnibus()?)
         .args(["collect", "--name", &sim::unique_name(), "--vehicles", "50"])
-        .args(["--frames", &frames.to_string()])
+        .args(["--frames", &frames.to_string(), "--quality", quality])
         .arg("--out")
         .arg(&out)
         .output()?;

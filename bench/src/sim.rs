@@ -42,7 +42,7 @@ impl Sim {
     pub(crate) fn spawn(args: &[&str]) -> anyhow::Result<Sim> {
         let name = unique_name();
         let mut child = Command::new(omnibus()?)
-            .args(["run", "--name", &name])
+            .args(["run", "--name", &name, "--quality", "low"])
             .args(if args.contains(&"--carla-port") { &[][..] } else { &["--no-carla"] })
             .args(args)
             .stdin(Stdio::null())

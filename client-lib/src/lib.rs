@@ -124,7 +124,7 @@ pub use sensor_bundle::SensorBundle;
 pub use sensor_kind::SensorKind;
 pub use sensor_options::{
     CameraOptions, Geodesy, GnssOptions, ImuOptions, LidarOptions, ObstacleOptions,
-    OdometryOptions, PointAttribute,
+    OdometryOptions, PointAttribute, Quality,
 };
 pub use settings::{Pace, Settings};
 pub use static_world::{MapObject, StreetLight};

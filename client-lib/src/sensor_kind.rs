@@ -44,6 +44,7 @@ impl SensorKind {
                 width: camera.width,
                 height: camera.height,
                 fov_rad: camera.fov_rad,
+                quality: camera.quality as u32,
                 ..SensorSpec::default()
             },
             SensorKind::Lidar(lidar) => SensorSpec {

@@ -3,7 +3,7 @@
 use std::{f32::consts::TAU, time::Duration};
 
 use glam::Vec3;
-use protocol::{GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, geodesy, point_attribute};
+use protocol::{GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, geodesy, point_attribute, quality};
 
 use crate::{CameraOutputs, LidarOutputs, options::options};
 
@@ -18,6 +18,8 @@ options! {
         fov_rad: f32,
         /// Images that it gives.
         outputs: CameraOutputs,
+        /// Rays per pixel of the colour image.
+        quality: Quality,
     }
 }
 
@@ -25,8 +27,31 @@ impl CameraOptions {
     /// Returns the parameters of a camera that gives colour: size in pixels, horizontal field of
     /// view in radians.
     pub fn new(width: u32, height: u32, fov_rad: f32) -> CameraOptions {
-        CameraOptions { width, height, fov_rad, outputs: CameraOutputs::COLOR }
+        CameraOptions {
+            width,
+            height,
+            fov_rad,
+            outputs: CameraOutputs::COLOR,
+            quality: Quality::Default,
+        }
     }
+}
+
+/// Rays per pixel of a colour image. The other outputs of a camera have one ray through the centre of
+/// each pixel at every quality.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[repr(u32)]
+#[non_exhaustive]
+pub enum Quality {
+    /// That of the simulator (`omnibus run --quality`).
+    #[default]
+    Default = quality::DEFAULT,
+    /// One ray, hard shadows.
+    Low = quality::LOW,
+    /// Four rays.
+    Standard = quality::STANDARD,
+    /// Sixteen rays.
+    Epic = quality::EPIC,
 }
 
 /// The fourth number of a lidar's point.

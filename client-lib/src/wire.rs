@@ -15,7 +15,8 @@ pub use protocol::{
     SetStreetLights, SetTrafficLight, SetVehicleLights, SetVelocity, SetWeatherAffectsGrip,
     Settings, Shape, SnapshotHeader, Stamp, StandingState, StreetLightState, Switch, Teleport,
     TrafficParam, Transmit, VehicleControl, WalkerLimbs, flag, geodesy, kind, lamp, layer, light,
-    output, param, point_attribute, radio, route_step, sensor, shape, status, street_light, tracer,
+    output, param, point_attribute, quality, radio, route_step, sensor, shape, status,
+    street_light, tracer,
 };
 pub use sensors::{
     cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle, odometry,

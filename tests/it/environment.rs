@@ -54,7 +54,7 @@ fn a_simulation_in_one_process_has_the_state_hashes_of_one_with_processes() {
 
 #[test]
 fn a_camera_in_one_process_has_the_bytes_of_one_with_processes() {
-    let sim = Sim::start(&["--seed", &SEED.to_string(), "--device", "cpu"]);
+    let sim = Sim::start(&["--seed", &SEED.to_string(), "--device", "cpu", "--quality", "low"]);
     let mut client = sim.ticker();
     let network = Arc::new(Network::parse(&std::fs::read_to_string(small_map()).unwrap()).unwrap());
     let town = town::furnish(&network, SEED);

@@ -4,7 +4,7 @@ use std::time::Duration;
 
 use client_lib::{
     CameraOptions, CameraOutputs, GnssOptions, ImuOptions, LidarOptions, LidarOutputs,
-    ObstacleOptions, OdometryOptions, PointAttribute, Sensor, SensorKind, glam::Vec3,
+    ObstacleOptions, OdometryOptions, PointAttribute, Quality, Sensor, SensorKind, glam::Vec3,
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -114,7 +114,20 @@ fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {
     let names = fields.names("outputs")?;
     let outputs = outputs(&names, &known, CameraOutputs::empty(), CameraOutputs::union)?;
     let (width, height) = (fields.get("width")?, fields.get("height")?);
-    Ok(CameraOptions::new(width, height, fields.get("fov_rad")?).outputs(outputs))
+    let quality: String = fields.get("quality")?;
+    let quality = match quality.as_str() {
+        "default" => Quality::Default,
+        "low" => Quality::Low,
+        "standard" => Quality::Standard,
+        "epic" => Quality::Epic,
+        other => {
+            return Err(PyValueError::new_err(format!(
+                "unknown quality {other:?}; use default, low, standard or epic"
+            )));
+        }
+    };
+    let options = CameraOptions::new(width, height, fields.get("fov_rad")?);
+    Ok(options.outputs(outputs).quality(quality))
 }
 
 fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {

@@ -36,10 +36,13 @@ pub(crate) fn translate(args: impl Iterator<Item = OsString>) -> anyhow::Result<
             "carla-rpc-port" | "carla-port" | "carla-world-port" => {
                 result.extend(["--carla-port".into(), value.into()]);
             }
-            "quality-level" => ensure!(
-                ["low", "epic"].contains(&value),
-                "-quality-level is {value:?}; use Low or Epic"
-            ),
+            "quality-level" => {
+                ensure!(
+                    ["low", "epic"].contains(&value),
+                    "-quality-level is {value:?}; use Low or Epic"
+                );
+                result.extend(["--quality".into(), value.into()]);
+            }
             "no-rendering" | "nullrhi" => result.push("--no-rendering".into()),
             "benchmark" => is_benchmark = true,
             "fps" => fps = Some(value.to_owned()),
@@ -86,8 +89,8 @@ mod tests {
             ("omnibus run -carla-server", "omnibus run"),
             ("omnibus run -carla-rpc-port=2010", "omnibus run --carla-port 2010"),
             ("omnibus run -carla-port=3000 --seed 2", "omnibus run --carla-port 3000 --seed 2"),
-            ("omnibus run -quality-level=Low -RenderOffScreen", "omnibus run"),
-            ("omnibus run -quality-level=Epic -ResX=800 -windowed", "omnibus run"),
+            ("omnibus run -quality-level=Low -RenderOffScreen", "omnibus run --quality low"),
+            ("omnibus run -quality-level=Epic -ResX=800 -windowed", "omnibus run --quality epic"),
             ("omnibus run -no-rendering", "omnibus run --no-rendering"),
             (
                 "omnibus run -benchmark -fps=20",

@@ -18,7 +18,7 @@ use bus::{Instance, Role, Strategy};
 use clap::ValueEnum;
 use protocol::{Episode, Settings};
 use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-use sensor_render::{MeshList, RenderConfig};
+use sensor_render::{MeshList, Quality, RenderConfig};
 use sim_host::{Host, HostConfig, Launcher, OnStall, Stage};
 
 use crate::{
@@ -47,6 +47,10 @@ pub struct WorldArgs {
     /// Threads of the CPU tracer; 0: one per core
     #[arg(long, default_value_t = 0)]
     pub threads: usize,
+    /// The rays per pixel of colour images: low (1), standard (4) or epic (16); default: standard, or that
+    /// of the plan. Of a running simulator, cameras may name their own
+    #[arg(long)]
+    pub quality: Option<Quality>,
     /// A list of glTF files that replace meshes, one per line: id = "file.glb"
     #[arg(long, value_name = "FILE")]
     pub meshes: Option<PathBuf>,
@@ -93,16 +97,16 @@ impl From<StallArg> for OnStall {
     }
 }
 
-impl WorldArgs {
-    /// Returns the arguments of this map with defaults for everything else.
-    pub fn of_map(map: &str) -> WorldArgs {
+impl Default for WorldArgs {
+    fn default() -> WorldArgs {
         WorldArgs {
-            map: Some(map.to_owned()),
+            map: None,
             maps: None,
             seed: None,
             name: None,
             device: "auto".to_owned(),
             threads: 0,
+            quality: None,
             meshes: None,
             wait: "balanced".to_owned(),
             deadline_secs: 10.0,
@@ -112,10 +116,21 @@ impl WorldArgs {
             hide: Vec::new(),
         }
     }
+}
+
+impl WorldArgs {
+    /// Returns the arguments of this map with defaults for everything else.
+    pub fn of_map(map: &str) -> WorldArgs {
+        WorldArgs { map: Some(map.to_owned()), ..WorldArgs::default() }
+    }
 
     /// Returns the seed of scenery and traffic.
     pub fn seed(&self) -> u64 {
         self.seed.unwrap_or(1)
+    }
+
+    fn quality(&self) -> Quality {
+        self.quality.unwrap_or(Quality::Standard)
     }
 
     /// Returns the command line of these arguments, without map and seed.
@@ -124,6 +139,7 @@ impl WorldArgs {
         let values = [
             ("--device", Some(self.device.clone())),
             ("--threads", Some(self.threads.to_string())),
+            ("--quality", self.quality.map(|quality| quality.to_string())),
             ("--wait", Some(self.wait.clone())),
             ("--deadline-secs", Some(self.deadline_secs.to_string())),
             ("--on-stall", Some(on_stall.get_name().to_owned())),
@@ -201,7 +217,7 @@ impl WorldArgs {
             // A list with an error is rejected before anything starts; a broken file in it is not.
             MeshList::read(list).context("--meshes")?;
         }
-        render_config(&self.device, self.threads, self.meshes.clone())
+        render_config(&self.device, self.threads, self.quality(), self.meshes.clone())
     }
 
     /// Starts a host that runs until `stop` is set.
@@ -230,8 +246,12 @@ impl WorldArgs {
         let launcher: Box<dyn Launcher> = if self.single_process {
             Box::new(ThreadLauncher { render })
         } else {
-            let (device, threads) = (self.device.clone(), self.threads);
-            Box::new(ProcessLauncher { device, threads, meshes: self.meshes.clone() })
+            Box::new(ProcessLauncher {
+                device: self.device.clone(),
+                threads: self.threads,
+                quality: self.quality(),
+                meshes: self.meshes.clone(),
+            })
         };
         Ok(Host::start(config, launcher)?)
     }
@@ -261,6 +281,7 @@ fn raise_file_limit() -> anyhow::Result<()> {
 fn render_config(
     device: &str,
     threads: usize,
+    quality: Quality,
     meshes: Option<PathBuf>,
 ) -> anyhow::Result<RenderConfig> {
     let null = device == "null";
@@ -270,7 +291,7 @@ fn render_config(
         threads <= THREADS_MAX,
         "--threads is {threads}, not 0 (one for each core) to {THREADS_MAX}"
     );
-    Ok(RenderConfig { device, null, threads, meshes })
+    Ok(RenderConfig { device, null, threads, quality, meshes })
 }
 
 /// More threads than any machine has cores.
@@ -280,6 +301,7 @@ const THREADS_MAX: usize = 1024;
 struct ProcessLauncher {
     device: String,
     threads: usize,
+    quality: Quality,
     meshes: Option<PathBuf>,
 }
 
@@ -297,6 +319,7 @@ impl Launcher for ProcessLauncher {
             .args(["role", role.name(), "--instance", instance.id()])
             .args(["--slot", &slot.to_string()])
             .args(["--device", &self.device, "--threads", &self.threads.to_string()])
+            .args(["--quality", self.quality.name()])
             .env("OMNIBUS_LIFE", life.to_string())
             // Ctrl-C on the terminal reaches the host alone, which ends the others.
             .process_group(0);
@@ -397,6 +420,8 @@ pub(crate) struct RoleArgs {
     device: String,
     #[arg(long, default_value_t = 0)]
     threads: usize,
+    #[arg(long, default_value_t = Quality::Standard)]
+    quality: Quality,
     #[arg(long)]
     meshes: Option<PathBuf>,
 }
@@ -411,7 +436,7 @@ pub(crate) fn run_role_process(args: &RoleArgs) -> anyhow::Result<()> {
         .find(|r| r.name() == args.role)
         .ok_or_else(|| anyhow!("unknown role {:?}", args.role))?;
     let instance = Instance::named(&args.instance)?;
-    let render = render_config(&args.device, args.threads, args.meshes.clone())?;
+    let render = render_config(&args.device, args.threads, args.quality, args.meshes.clone())?;
     if run_role_reporting(role, &instance, args.slot, false, render).is_err() {
         // The host prints the reason.
         std::process::exit(1);

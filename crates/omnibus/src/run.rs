@@ -144,7 +144,7 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
         print_line!("{}", dataset::template(name)?.trim_end());
         return Ok(());
     }
-    let plan = options.resolve(world.map.as_deref(), world.seed)?;
+    let plan = options.resolve(world)?;
     if options.prepare {
         dataset::print_json(&dataset::prepare(options, &plan)?);
         return Ok(());

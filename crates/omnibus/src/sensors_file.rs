@@ -1,11 +1,12 @@
 //! Sensors as TOML files describe them: the sets of `--sensors`, and the plans of collections.
 
-use std::path::Path;
+use std::{path::Path, str::FromStr};
 
 use anyhow::{Context, anyhow, ensure};
 use client_lib::Radar;
 use glam::{EulerRot, Quat, Vec3};
-use protocol::{Pose, SensorSpec, output};
+use protocol::{Pose, SensorSpec, output, quality};
+use sensor_render::Quality;
 use serde::{Deserialize, Serialize};
 
 /// The file: a list of `[[sensor]]`.
@@ -46,6 +47,9 @@ pub(crate) struct SensorEntry {
     height_px: u32,
     #[serde(default = "default_fov")]
     fov_deg: f32,
+    /// Rays per pixel of the colour image: low, standard or epic.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    quality: Option<String>,
     #[serde(default = "default_outputs")]
     outputs: Vec<String>,
     #[serde(default = "default_channels")]
@@ -162,6 +166,17 @@ pub(crate) fn specs(entries: &[SensorEntry]) -> anyhow::Result<Vec<SensorSpec>> 
 }
 
 impl SensorEntry {
+    /// Sets the quality of a camera: `given`, or standard where it names none.
+    pub(crate) fn set_quality(&mut self, given: Option<Quality>) {
+        if self.kind == Kind::Camera {
+            let level = || Quality::Standard.name().to_owned();
+            self.quality = given
+                .map(|given| given.to_string())
+                .or(self.quality.take())
+                .or_else(|| Some(level()));
+        }
+    }
+
     /// Returns what a radar makes of its rays, with the points of one period; `None` for other sensors.
     pub(crate) fn radar(&self, period_nanos: u64) -> Option<Radar> {
         (self.kind == Kind::Radar).then(|| Radar {
@@ -236,14 +251,13 @@ impl SensorEntry {
                     .try_fold(0, |sum, bit| bit.map(|bit| sum | bit))?;
                 ensure!(outputs != 0, "sensor {name:?}: no outputs");
                 let fov_rad = self.fov_deg.to_radians();
-                client_lib::wire::camera(
-                    name,
-                    pose,
-                    self.width_px,
-                    self.height_px,
-                    fov_rad,
-                    outputs,
-                )
+                let quality = match self.quality.as_deref().map(Quality::from_str) {
+                    Some(level) => level.map_err(|why| anyhow!("sensor {name:?}: {why}"))?.code(),
+                    None => quality::DEFAULT,
+                };
+                let [width, height] = [self.width_px, self.height_px];
+                let spec = client_lib::wire::camera(name, pose, width, height, fov_rad, outputs);
+                SensorSpec { quality, ..spec }
             }
             Kind::Lidar => {
                 ensure!(
@@ -323,6 +337,10 @@ mod tests {
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\noutputs = [\"heat\"]\n", "heat"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\nfov_deg = 180\n", "fov_deg"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\nwidth = 4\n", "width"),
+            (
+                "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nquality = \"high\"\n",
+                "sensor \"a\": quality is \"high\"; use low, standard or epic",
+            ),
         ] {
             let why = format!("{:#}", parse(wrong).unwrap_err());
             assert!(why.contains(said), "{why}");

@@ -244,6 +244,7 @@ impl Captured {
         let (mut planes, byte_len) = layout(&sensors);
         let mut bytes = vec![0u64; byte_len.div_ceil(8) as usize];
         let mut world = sensor_render::World::new();
+        world.set_quality(config.quality);
         let mut nanos = Vec::new();
         for (index, actors) in self.snapshots.iter().enumerate().skip(self.warmup) {
             let ego = actors.iter().find(|a| a.has(flag::AUTOPILOT)).context("the ego is gone")?;

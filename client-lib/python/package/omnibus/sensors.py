@@ -31,6 +31,8 @@ class Camera:
     fov_rad: float = math.pi / 2
     pose: Pose = field(default_factory=Pose)
     outputs: Sequence[CameraOutput] = ("color",)
+    #: Rays per pixel of the color image: 1, 4 or 16; default: that of the simulator (``--quality``).
+    quality: Literal["default", "low", "standard", "epic"] = "default"
     period_secs: float = 0.0
     seed: int = 0
     kind: ClassVar[str] = "camera"

@@ -9,7 +9,7 @@ use protocol::{
     ActorId, ActorState, Frame, Name, Pose, STRIDE, SensorSpec, Stamp, Weather, kind, lamp, layout,
     output, sensor,
 };
-use sensor_render::{BundleJob, Device, Scene, Tracer, World, pose_planes};
+use sensor_render::{BundleJob, Device, Quality, Scene, Tracer, World, pose_planes};
 use town::{Blueprint, Kind};
 
 use crate::map::glyphs;
@@ -62,7 +62,9 @@ impl Studio {
         let far = 400.0;
         floor.quad([[-far, -far, 0.0], [far, -far, 0.0], [far, far, 0.0], [-far, far, 0.0]], face);
         let scene = sensor_render::scene_with(&floor, meshes)?;
-        Ok(Studio { scene, tracer: Tracer::open(Device::Cpu, 0)?, world: World::new() })
+        let mut world = World::new();
+        world.set_quality(Quality::Epic);
+        Ok(Studio { scene, tracer: Tracer::open(Device::Cpu, 0)?, world })
     }
 
     /// Draws a blueprint from ahead and the right, a little above, as RGB. Vehicles steer with

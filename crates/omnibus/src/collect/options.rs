@@ -7,6 +7,7 @@ use protocol::PIPELINE_MAX;
 
 use crate::{
     collect::{image_storage::ImageFormat, plan::Plan, sky::WeatherEntry},
+    launch::WorldArgs,
     sensors_file,
 };
 
@@ -117,8 +118,9 @@ impl FromStr for Shard {
 }
 
 impl Options {
-    /// Returns the plan with the values of the options, checked. `map` and `seed` replace those of the plan.
-    pub(crate) fn resolve(&self, map: Option<&str>, seed: Option<u64>) -> anyhow::Result<Plan> {
+    /// Returns the plan with the values of the options, checked. Map, seed and quality of `world` replace
+    /// those of the plan.
+    pub(crate) fn resolve(&self, world: &WorldArgs) -> anyhow::Result<Plan> {
         let mut plan = match &self.plan {
             Some(path) => Plan::read(path)?,
             None => Plan::default(),
@@ -142,10 +144,10 @@ impl Options {
         if let Some(scenes) = self.scenes {
             plan.scenes = scenes.get();
         }
-        if let Some(map) = map {
-            plan.maps = vec![map.to_owned()];
+        if let Some(map) = &world.map {
+            plan.maps = vec![map.clone()];
         }
-        if let Some(seed) = seed {
+        if let Some(seed) = world.seed {
             plan.seed = seed;
         }
         if let Some(name) = &self.weather {
@@ -162,6 +164,7 @@ impl Options {
         }
         for sensor in &mut plan.sensors {
             sensor.resize(self.width, self.height);
+            sensor.set_quality(world.quality);
         }
         plan.check().map_err(|why| match &self.plan {
             Some(path) => why.context(format!("plan {}", path.display())),
@@ -216,7 +219,7 @@ mod tests {
 
     fn plan_of(args: &[&str]) -> anyhow::Result<Plan> {
         let line = Line::try_parse_from([&["collect", "--out", "set"], args].concat())?;
-        line.options.resolve(None, None)
+        line.options.resolve(&WorldArgs::default())
     }
 
     #[test]

@@ -4,7 +4,7 @@ use anyhow::Context;
 use bake::Cache;
 use bus::clock;
 use protocol::{ActorId, Episode, Plane, SensorSpec, flag, layout, output};
-use sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
+use sensor_render::{BundleJob, Quality, Scene, Tracer, World, pose_planes};
 
 use super::input::{RecordedInput, series};
 use crate::{
@@ -35,7 +35,8 @@ pub(super) fn measure(
         None => default_sensors(args.width, args.height),
     };
     let parent = carrier(inputs)?;
-    let mut bench = Bench { scene: &scene, tracer: &mut tracer, inputs, parent };
+    let quality = config.quality;
+    let mut bench = Bench { scene: &scene, tracer: &mut tracer, inputs, parent, quality };
     // The first pass warms caches and the device.
     bench.pass(&sensors, true, &mut |_, _, _| Ok(()))?;
     let mut encoder = Encoder::default();
@@ -88,6 +89,7 @@ struct Bench<'a> {
     tracer: &'a mut Tracer,
     inputs: &'a [RecordedInput],
     parent: ActorId,
+    quality: Quality,
 }
 
 /// The times of one pass over all frames, in nanoseconds.
@@ -110,6 +112,7 @@ impl Bench<'_> {
         let mut bytes = vec![0u64; byte_len.div_ceil(8) as usize];
         let mut world = World::new();
         world.set_shadows(has_shadows);
+        world.set_quality(self.quality);
         let mut before = Vec::new();
         let has_flow = sensors.iter().any(|sensor| sensor.outputs & output::FLOW != 0);
         let mut pass = Pass::default();
