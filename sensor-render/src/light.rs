@@ -26,7 +26,8 @@ pub(crate) struct Light {
     /// x: extinction by haze per metre; y: share of the ground under puddles; z: exposure; w:
     /// simulated time scaled by the wind, for drifting clouds.
     pub(crate) air: Vec4,
-    /// Radius of the sun's disc at distance 1, perpendicular to its direction; w: 0.
+    /// Radius of the sun's disc at distance 1, perpendicular to its direction; w: share of
+    /// the heaviest rain.
     pub(crate) sun_radius: Vec4,
 }
 
@@ -94,7 +95,7 @@ impl Light {
                 exposure,
                 seconds * (0.3 + share(weather.wind_intensity)),
             ),
-            sun_radius: (sun.any_orthonormal_vector() * SUN_RADIUS).extend(0.0),
+            sun_radius: (sun.any_orthonormal_vector() * SUN_RADIUS).extend(rain),
         }
     }
 

@@ -15,6 +15,7 @@ mod motion;
 mod overlay;
 mod pieces;
 mod quality;
+mod reflections;
 mod street_lights;
 
 use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};

@@ -8,7 +8,7 @@ use super::shade::{Radiance, Shade};
 use super::sky::{encode, tone_map};
 use super::traversal::Stack;
 use crate::outputs::{TILE_ROWS, Tile};
-use crate::quality::Sample;
+use crate::quality::{Quality, Sample};
 use crate::rays::Camera;
 use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
 use crate::surface_sample::SurfaceSample;
@@ -37,128 +37,163 @@ impl Kernel for CameraRows<'_, '_> {
     }
 }
 
+#[inline(always)]
+fn rows<F: Float>(shade: &Shade, tile: &mut Tile) {
+    let slices = &tile.slices;
+    let has_color = !slices.color.is_empty();
+    let is_smooth = has_color && shade.camera.quality > Quality::Low;
+    let [depth, tag, instance, normal, flow] = [
+        slices.depth.is_empty(),
+        slices.tag.is_empty(),
+        slices.instance.is_empty(),
+        slices.normal.is_empty(),
+        slices.flow.is_empty(),
+    ];
+    let is_color_alone = depth && tag && instance && normal && flow;
+    if !(is_smooth && is_color_alone) {
+        measure_centers::<F>(shade, has_color && !is_smooth, tile);
+    }
+    if is_smooth {
+        render_smooth::<F>(shade, tile);
+    }
+}
+
+/// Casts a ray through the centre of each pixel, in packets of 8 × 8 pixels, and writes every output
+/// but the colour; with `has_color` that too.
+#[inline(always)]
+fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
+    let camera = shade.camera;
+    let mut stack = Stack::new();
+    let mut raster =
+        if has_color { OverlayRaster::new(&shade.world.overlay, camera) } else { None };
+    let sample = Quality::Low.samples()[0];
+    for x in (0..camera.width).step_by(8) {
+        let packet = packet::<F>(camera, Block::Centers, x, tile.first);
+        let hits = closest(shade, &packet, camera.pixel, &mut stack);
+        let raster = raster.as_mut();
+        let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
+        for group in 0..GROUPS {
+            let [right, below] = [group as u32 % 2 * 4, group as u32 / 2 * 4];
+            let at = GroupPixels::new(camera, tile, x + right, below);
+            if at.columns == 0 || at.rows == 0 {
+                continue;
+            }
+            let surface = surface_sample(shade, &hits, group);
+            let direction = packet.directions[group];
+            write(shade, &direction, &hits, group, &surface, at, tile);
+            if has_color {
+                let every = F::Mask::from_bits(!0);
+                let radiance = shade.radiance::<F, GROUPS, false>(
+                    direction, &hits, group, &surface, every, &mut stack,
+                );
+                let color = shade.with_shadows(radiance, direction, &surface, sample, &mut stack);
+                let color = encode(tone_map(shade.light, color));
+                put_color(color, hits.t[group], raster, at, tile);
+            }
+        }
+    }
+}
+
+/// Renders the colours with several rays per pixel: packets of 4 × 4 pixels and four of their rays.
+#[inline(always)]
+fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
+    let camera = shade.camera;
+    let samples = camera.quality.samples();
+    let mut stack = Stack::new();
+    let mut raster = OverlayRaster::new(&shade.world.overlay, camera);
+    for (below, x) in (0..tile.count)
+        .step_by(4)
+        .flat_map(|below| (0..camera.width).step_by(4).map(move |x| (below, x)))
+    {
+        let at = GroupPixels::new(camera, tile, x, below);
+        let mut sum = V3::splat(Vec3::ZERO);
+        let mut nearest = F::splat(f32::INFINITY);
+        for samples in samples.chunks_exact(GROUPS) {
+            let packet = packet::<F>(camera, Block::Samples(samples), x, tile.first + below);
+            let hits = closest(shade, &packet, camera.pixel * 0.5, &mut stack);
+            let mut earlier = [Radiance::black(); GROUPS];
+            for group in 0..GROUPS {
+                let surface = surface_sample(shade, &hits, group);
+                let direction = packet.directions[group];
+                // Rays of a pixel that hit the same triangle share its shading.
+                let mut radiance = Radiance::black();
+                let mut fresh = F::Mask::from_bits(!0);
+                for (other, own) in earlier[..group].iter().enumerate() {
+                    let same = hits.triangle[group].eq(hits.triangle[other])
+                        & hits.instance[group].eq(hits.instance[other])
+                        & fresh;
+                    radiance = own.or(same, radiance);
+                    fresh = fresh & !same;
+                }
+                if fresh.any() {
+                    let own = shade.radiance::<F, GROUPS, true>(
+                        direction, &hits, group, &surface, fresh, &mut stack,
+                    );
+                    radiance = own.or(fresh, radiance);
+                }
+                earlier[group] = radiance;
+                let color =
+                    shade.with_shadows(radiance, direction, &surface, samples[group], &mut stack);
+                sum = sum + tone_map(shade.light, color);
+                nearest = nearest.min(hits.t[group]);
+            }
+        }
+        let color = encode(sum * F::splat(1.0 / samples.len() as f32));
+        let raster = raster.as_mut();
+        let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
+        put_color(color, nearest, raster, at, tile);
+    }
+}
+
+/// Returns the first intersections of a packet whose neighbouring rays are `step` apart at depth 1.
+#[inline(always)]
+fn closest<F: Float>(
+    shade: &Shade,
+    packet: &RayPacket<F, GROUPS>,
+    step: f32,
+    stack: &mut Stack,
+) -> Hits<F, GROUPS> {
+    let Shade { scene, world, .. } = *shade;
+    if step < COARSE {
+        packet.closest(scene, world, stack, f32::INFINITY)
+    } else {
+        packet.closest_separately(scene, world, stack, f32::INFINITY)
+    }
+}
+
+#[inline(always)]
+fn surface_sample<F: Float>(
+    shade: &Shade,
+    hits: &Hits<F, GROUPS>,
+    group: usize,
+) -> SurfaceSample<F> {
+    let Hits { t, triangle, instance } = hits;
+    SurfaceSample::new(shade.scene, shade.world, t[group], triangle[group], instance[group])
+}
+
+/// Writes colours, with the debug shapes in front of what lies at `depth`.
+#[inline(always)]
+fn put_color<F: Float>(
+    color: F::Word,
+    depth: F,
+    raster: Option<&OverlayRaster>,
+    at: GroupPixels,
+    tile: &mut Tile,
+) {
+    let mut colors = color.to_array().map(u32::to_le_bytes);
+    if let Some(raster) = raster {
+        raster.draw(at.x, at.y, &depth.to_array(), &mut colors);
+    }
+    at.put(tile.slices.color, &colors);
+}
+
 /// Block of pixels that one packet of rays measures.
 #[derive(Clone, Copy, Debug)]
 enum Block<'a> {
     /// 8 × 8 pixels, one ray through the centre of each.
     Centers,
-    /// 4 × 4 pixels, each group of rays at one offset from their centres; for the colour image.
+    /// 4 × 4 pixels, four rays at these offsets from the centre of each.
     Samples(&'a [Sample]),
-}
-
-#[inline(always)]
-fn rows<F: Float>(shade: &Shade, tile: &mut Tile) {
-    let camera = shade.camera;
-    let mut stack = Stack::new();
-    let mut raster = match tile.slices.color.is_empty() {
-        true => None,
-        false => OverlayRaster::new(&shade.world.overlay, camera),
-    };
-    let samples = camera.quality.samples();
-    let is_smooth = samples.len() > 1 && !tile.slices.color.is_empty();
-    let has_others = {
-        let s = &tile.slices;
-        let empty = s.depth.is_empty() && s.tag.is_empty() && s.instance.is_empty();
-        !(empty && s.normal.is_empty() && s.flow.is_empty())
-    };
-    for is_centers in [true, false] {
-        if (is_centers && is_smooth && !has_others) || (!is_centers && !is_smooth) {
-            continue;
-        }
-        let side = if is_centers { 8 } else { 4 };
-        for down in (0..tile.count).step_by(side) {
-            for x in (0..camera.width).step_by(side) {
-                let mut sum = V3::splat(Vec3::ZERO);
-                let mut depth = F::splat(f32::INFINITY);
-                for pass in 0..if is_centers { 1 } else { samples.len() / GROUPS } {
-                    let block = match is_centers {
-                        true => Block::Centers,
-                        false => Block::Samples(&samples[pass * GROUPS..][..GROUPS]),
-                    };
-                    let y = tile.first + down;
-                    let packet = packet::<F>(camera, block, x, y);
-                    let step = camera.pixel * if is_centers { 1.0 } else { 0.5 };
-                    let hits = if step < COARSE {
-                        packet.closest(shade.scene, shade.world, &mut stack, f32::INFINITY)
-                    } else {
-                        packet.closest_separately(
-                            shade.scene,
-                            shade.world,
-                            &mut stack,
-                            f32::INFINITY,
-                        )
-                    };
-                    let mut earlier = [Radiance::black(); GROUPS];
-                    for group in 0..GROUPS {
-                        let at = GroupPixels::new(camera, tile, block, x, down, group);
-                        if at.columns == 0 || at.rows == 0 {
-                            continue;
-                        }
-                        let sample = SurfaceSample::<F>::new(
-                            shade.scene,
-                            shade.world,
-                            hits.t[group],
-                            hits.triangle[group],
-                            hits.instance[group],
-                        );
-                        if is_centers {
-                            write(
-                                shade,
-                                &packet.directions[group],
-                                &hits,
-                                group,
-                                &sample,
-                                at,
-                                tile,
-                            );
-                        }
-                        if is_centers && (is_smooth || tile.slices.color.is_empty()) {
-                            continue;
-                        }
-                        // Rays of a pixel that hit the same triangle share its shading.
-                        let mut shared = Radiance::black();
-                        let mut fresh = F::Mask::from_bits(!0);
-                        let before = if is_centers { 0 } else { group };
-                        for (other, own) in earlier[..before].iter().enumerate() {
-                            let same = hits.triangle[group].eq(hits.triangle[other])
-                                & hits.instance[group].eq(hits.instance[other])
-                                & fresh;
-                            shared = own.or(same, shared);
-                            fresh = fresh & !same;
-                        }
-                        let direction = packet.directions[group];
-                        if fresh.any() {
-                            let own = shade.radiance(direction, &hits, group, &sample, fresh);
-                            shared = own.or(fresh, shared);
-                        }
-                        earlier[group] = shared;
-                        let of_pixel =
-                            if is_centers { samples[0] } else { samples[pass * GROUPS + group] };
-                        let color =
-                            shade.with_shadows(shared, direction, &sample, of_pixel, &mut stack);
-                        let film = tone_map(shade.light, color);
-                        if is_centers {
-                            (sum, depth) = (film, hits.t[group]);
-                        } else {
-                            sum = sum + film;
-                            depth = if pass == 0 && group == 0 { hits.t[group] } else { depth };
-                            if pass + 1 < samples.len() / GROUPS || group + 1 < GROUPS {
-                                continue;
-                            }
-                            sum = sum * F::splat(1.0 / samples.len() as f32);
-                        }
-                        let mut colors = encode(sum).to_array().map(u32::to_le_bytes);
-                        if let Some(raster) = &mut raster
-                            && raster.find_shapes(at.x, tile.first)
-                        {
-                            raster.draw(at.x, at.y, &depth.to_array(), &mut colors);
-                        }
-                        at.put(tile.slices.color, &colors);
-                    }
-                }
-            }
-        }
-    }
 }
 
 /// Returns the rays of a block with its first pixel at (x, y); some may lie outside of the image.
@@ -212,30 +247,17 @@ struct GroupPixels {
 }
 
 impl GroupPixels {
-    /// Returns the pixels of a group of rays of the block at column `x` of the image, `down` rows
-    /// below the begin of the tile.
+    /// Returns the pixels from column `x` of the image on, `below` the first row of the tile.
     #[inline(always)]
-    fn new(
-        camera: &Camera,
-        tile: &Tile,
-        block: Block,
-        x: u32,
-        down: u32,
-        group: usize,
-    ) -> GroupPixels {
-        let (right, below) = match block {
-            Block::Centers => (group % 2 * 4, group / 2 * 4),
-            Block::Samples(_) => (0, 0),
-        };
-        let (x, y) = (x as usize + right, down as usize + below);
-        let width = camera.width as usize;
+    fn new(camera: &Camera, tile: &Tile, x: u32, below: u32) -> GroupPixels {
+        let (width, right) = (camera.width as usize, x as usize);
         GroupPixels {
-            x: x as u32,
-            y: tile.first + y as u32,
-            first: y * width + x,
+            x,
+            y: tile.first + below,
+            first: below as usize * width + right,
             width,
-            columns: width.saturating_sub(x).min(4),
-            rows: (tile.count as usize).saturating_sub(y).min(4),
+            columns: width.saturating_sub(right).min(4),
+            rows: (tile.count as usize).saturating_sub(below as usize).min(4),
         }
     }
 

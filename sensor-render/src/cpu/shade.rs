@@ -7,21 +7,26 @@ use super::lamplight::LitSurface;
 use super::pattern;
 use super::ray_packet::Hits;
 use super::shadow::Shadow;
-use super::sky::{ambient, haze_share, reflection, sky, splat};
+use super::single_ray::SingleRay;
+use super::sky::{ambient, gradient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
-use crate::hit::NONE;
+use crate::hit::{Hit, NONE};
 use crate::lamps::LampGrid;
 use crate::light::Light;
 use crate::quality::Sample;
 use crate::rays::Camera;
 use crate::scene::Scene;
-use crate::simd::{Float, Mask, V3, Word};
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::surface_sample::SurfaceSample;
 use crate::world::World;
 
 /// Distance from a surface at which shadow rays begin. Metres.
 const LIFT: f32 = 0.01;
+
+/// Roughness below which, and share of mirrored light above which, a reflection is traced.
+const ROUGHNESS_MAX: f32 = 0.3;
+const MIRROR_MIN: f32 = 0.05;
 
 /// Inputs of shading.
 #[derive(Clone, Copy, Debug)]
@@ -66,15 +71,17 @@ impl<F: Float> Radiance<F> {
 }
 
 impl Shade<'_> {
-    /// Returns the radiance along the rays of `active`; it is unspecified along others.
+    /// Returns the radiance along the rays of `active`; it is unspecified along others. With `REFLECTS`,
+    /// the reflections of smooth surfaces are traced.
     #[inline(always)]
-    pub(crate) fn radiance<F: Float, const G: usize>(
+    pub(crate) fn radiance<F: Float, const G: usize, const REFLECTS: bool>(
         &self,
         direction: V3<F>,
         hits: &Hits<F, G>,
         group: usize,
         sample: &SurfaceSample<F>,
         active: F::Mask,
+        stack: &mut Stack,
     ) -> Radiance<F> {
         let light = self.light;
         let stretch = direction.dot(direction).sqrt();
@@ -87,7 +94,7 @@ impl Shade<'_> {
             let (triangle, instance) = (hits.triangle[group], hits.instance[group]);
             let surfaces =
                 SurfaceMaterials::new(self.scene, self.world, light, hit, triangle, instance, at);
-            radiance = self.surface(view, t, at, sample, surfaces, hit);
+            radiance = self.surface::<F, REFLECTS>(view, t, at, sample, surfaces, hit, stack);
             let haze = haze_share(light, t * stretch);
             let clear = F::splat(1.0) - haze;
             radiance.base = radiance.base.lerp(splat(light.haze), haze);
@@ -141,8 +148,9 @@ impl Shade<'_> {
     }
 
     /// Returns the radiance from a surface towards the camera, without the atmosphere between.
+    #[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
     #[inline(always)]
-    fn surface<F: Float>(
+    fn surface<F: Float, const REFLECTS: bool>(
         &self,
         view: V3<F>,
         t: F,
@@ -150,6 +158,7 @@ impl Shade<'_> {
         sample: &SurfaceSample<F>,
         mut surfaces: SurfaceMaterials<F>,
         active: F::Mask,
+        stack: &mut Stack,
     ) -> Radiance<F> {
         let (light, zero, one) = (self.light, F::splat(0.0), F::splat(1.0));
         let away = zero.lt(sample.normal.dot(view));
@@ -177,7 +186,18 @@ impl Shade<'_> {
         let around = surfaces.wrap * F::splat(0.22);
         let ambient = ambient(light, normal.z);
         let shaded = surfaces.albedo.times(sun_color.mul_add(around, ambient));
-        let reflected = reflection(light, r).lerp(ambient, surfaces.roughness);
+        let mut mirrored = reflection(light, r);
+        if REFLECTS {
+            let sharp = surfaces.roughness.lt(F::splat(ROUGHNESS_MAX));
+            let strong = F::splat(MIRROR_MIN).lt(mirror * clear);
+            let traced = active & sharp & strong;
+            if traced.any() {
+                let origins = normal.mul_add(F::splat(LIFT), at);
+                let r = rippled(light, at, normal, r);
+                mirrored = self.mirrored(origins, r, traced, stack).or(traced, mirrored);
+            }
+        }
+        let reflected = mirrored.lerp(ambient, surfaces.roughness);
         let base = shaded.lerp(reflected, mirror) + surfaces.emission;
 
         let direct = surfaces.albedo * (facing.max(around) - around);
@@ -197,6 +217,50 @@ impl Shade<'_> {
         }
     }
 
+    /// Returns the radiance along rays from mirroring surfaces: sky, or the diffuse light and the emission
+    /// of what they hit, without shadows and patterns.
+    #[inline(always)]
+    fn mirrored<F: Float>(
+        &self,
+        origins: V3<F>,
+        directions: V3<F>,
+        active: F::Mask,
+        stack: &mut Stack,
+    ) -> V3<F> {
+        let Shade { scene, world, light, .. } = *self;
+        let lanes = |v: V3<F>| [v.x, v.y, v.z].map(F::to_array);
+        let ([x, y, z], [dx, dy, dz]) = (lanes(origins), lanes(directions));
+        let mut hits = [Hit::none(f32::INFINITY); LANES];
+        let mut left = active.bits();
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let origin = Vec3::new(x[lane], y[lane], z[lane]);
+            let direction = Vec3::new(dx[lane], dy[lane], dz[lane]);
+            let ray = SingleRay::new(origin, direction, scene.reach);
+            ray.closest::<F::Float8>(scene, world, stack, &mut hits[lane]);
+        }
+        let t = F::from_array(hits.map(|hit| hit.t));
+        let triangle = F::Word::from_array(hits.map(|hit| hit.triangle));
+        let instance = F::Word::from_array(hits.map(|hit| hit.instance));
+        let sample = SurfaceSample::<F>::new(scene, world, t, triangle, instance);
+        let sky = gradient(light, directions.z);
+        if !sample.hit.any() {
+            return sky;
+        }
+        let zero = F::splat(0.0);
+        let t = t.or(sample.hit, F::splat(1.0));
+        let at = directions.mul_add(t, origins);
+        let surfaces =
+            SurfaceMaterials::new(scene, world, light, sample.hit, triangle, instance, at);
+        let away = zero.lt(sample.normal.dot(directions));
+        let normal = (-sample.normal).or(away, sample.normal);
+        let facing = normal.dot(splat(light.sun)).max(zero) * F::splat(0.7);
+        let arriving = splat::<F>(light.sun_color).mul_add(facing, ambient(light, normal.z));
+        let surface = surfaces.albedo.times(arriving) + surfaces.emission;
+        surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky)
+    }
+
     /// Applies rain: wet surfaces are darker and glossier, and level ground has puddles.
     #[inline(always)]
     fn apply_wetness<F: Float>(
@@ -214,17 +278,40 @@ impl Shade<'_> {
         let damp = upward.mul_add(F::splat(0.7), F::splat(0.3)) * F::splat(wetness);
         surfaces.albedo = surfaces.albedo * damp.mul_add(F::splat(-0.45), one);
         let film = upward * F::splat(wetness);
+        let sealed = zero.lt(surfaces.specular);
         surfaces.specular = surfaces.specular.max(film * F::splat(0.05));
         surfaces.roughness = surfaces.roughness.lerp(F::splat(0.25), film);
-        let level = F::splat(0.995).lt(normal.z);
+        let level = F::splat(0.995).lt(normal.z) & sealed;
         if puddles > 0.0 && level.any() {
-            let (x, y) = (at.x * F::splat(0.3), at.y * F::splat(0.3));
-            let low = noise(x, y, F::Word::splat(11));
-            let begin = F::splat(1.0 - 0.75 * puddles);
-            let pool = smooth(begin, begin + F::splat(0.08), low).or(level, zero);
-            surfaces.albedo = surfaces.albedo * pool.mul_add(F::splat(-0.5), one);
-            surfaces.specular = surfaces.specular.lerp(F::splat(0.06), pool);
-            surfaces.roughness = surfaces.roughness.lerp(F::splat(0.02), pool);
+            // Large hollows with ragged edges.
+            let (x, y) = (at.x * F::splat(0.19), at.y * F::splat(0.19));
+            let low = noise(x, y, F::Word::splat(11)) * F::splat(0.72);
+            let (x, y) = (at.x * F::splat(1.1), at.y * F::splat(1.1));
+            let low = noise(x, y, F::Word::splat(12)).mul_add(F::splat(0.2), low);
+            let (x, y) = (at.x * F::splat(5.3), at.y * F::splat(5.3));
+            let low = noise(x, y, F::Word::splat(13)).mul_add(F::splat(0.08), low);
+            let begin = F::splat(0.9 - 0.42 * puddles);
+            let pool = smooth(begin, begin + F::splat(0.05), low).or(level, zero);
+            surfaces.albedo = surfaces.albedo * pool.mul_add(F::splat(-0.45), one);
+            surfaces.specular = surfaces.specular.max(pool * F::splat(0.02));
+            surfaces.roughness = surfaces.roughness.lerp(F::splat(0.01), pool);
         }
     }
+}
+
+/// Returns reflected directions that the rings of rain drops on level water turn.
+#[inline(always)]
+fn rippled<F: Float>(light: &Light, at: V3<F>, normal: V3<F>, r: V3<F>) -> V3<F> {
+    let rain = light.sun_radius.w;
+    if rain <= 0.0 {
+        return r;
+    }
+    let wave = |seed: u32| {
+        let [x, y] = [at.x, at.y].map(|along| along * F::splat(14.0) + F::splat(light.air.w * 9.0));
+        (noise(x, y, F::Word::splat(seed)) - F::splat(0.5)) * F::splat(0.16 * rain)
+    };
+    let level = F::splat(0.995).lt(normal.z);
+    let turned = V3 { x: r.x + wave(17), y: r.y + wave(18), z: r.z };
+    let turned = turned * (F::splat(1.0) / turned.dot(turned).sqrt());
+    turned.or(level, r)
 }

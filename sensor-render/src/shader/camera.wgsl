@@ -39,6 +39,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     let samples = cameras[index].samples;
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
+    traces_reflections = is_smooth;
     // A colour image of several rays per pixel has none through the centre; the other outputs have.
     let has_others = cameras[index].depth != NONE || cameras[index].tag != NONE
         || cameras[index].instance != NONE;

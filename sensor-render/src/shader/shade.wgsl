@@ -2,6 +2,13 @@
 
 const LIFT = 0.01;
 
+// Roughness below which, and share of mirrored light above which, a reflection is traced.
+const ROUGHNESS_MAX = 0.3;
+const MIRROR_MIN = 0.05;
+
+// Whether the camera traces reflections: at every quality but the lowest.
+var<private> traces_reflections: bool;
+
 // Radiance towards the camera, divided by what shadow rays decide about.
 struct Radiance {
     base: vec3f,
@@ -70,7 +77,13 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let around = surface.wrap * 0.22;
     let sky_light = ambient(normal.z);
     let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
-    let reflected = mix(reflection(r), sky_light, surface.roughness);
+    var mirrored: vec3f;
+    if (traces_reflections && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
+        mirrored = mirrored_of(Ray(at + normal * LIFT, rippled(at, normal, r)));
+    } else {
+        mirrored = reflection(r);
+    }
+    let reflected = mix(mirrored, sky_light, surface.roughness);
     let base = mix(shaded, reflected, mirror) + surface.emission;
 
     let direct = surface.albedo * (max(facing, around) - around);
@@ -83,6 +96,32 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     return Radiance(base + lamps.others, sun, lamps.strongest, lamps.number);
 }
 
+// Radiance along a ray from a mirroring surface: sky, or the diffuse light and the emission of what it
+// hits, without shadows and patterns.
+fn mirrored_of(ray: Ray) -> vec3f {
+    let hit = closest(ray, FAR_AWAY, false);
+    if (hit.triangle == NONE) {
+        return gradient(ray.direction.z);
+    }
+    let surface = surface_material_of(hit, ray.origin + ray.direction * hit.t);
+    let normal = normal_of(hit, ray.direction);
+    let facing = max(dot(normal, frame.sun.xyz), 0.0) * 0.7;
+    let arriving = frame.sun_color.xyz * facing + ambient(normal.z);
+    let color = surface.albedo * arriving + surface.emission;
+    return mix(color, frame.haze.xyz, haze_share(hit.t));
+}
+
+// Direction that is turned by the rings of rain drops on level water.
+fn rippled(at: vec3f, normal: vec3f, r: vec3f) -> vec3f {
+    let rain = frame.sun_radius.w;
+    if (rain <= 0.0 || normal.z <= 0.995) {
+        return r;
+    }
+    let place = at.xy * 14.0 + frame.air.w * 9.0;
+    let wave = vec2f(noise_at(place.x, place.y, 17u), noise_at(place.x, place.y, 18u)) - 0.5;
+    return normalize(r + vec3f(wave * (0.16 * rain), 0.0));
+}
+
 // Applies rain: wet surfaces are darker and glossier, and level ground has puddles.
 fn apply_wetness(surface: ptr<function, SurfaceMaterial>, at: vec3f, normal: vec3f) {
     let damp = frame.ground.w;
@@ -90,13 +129,18 @@ fn apply_wetness(surface: ptr<function, SurfaceMaterial>, at: vec3f, normal: vec
     let upward = max(normal.z, 0.0);
     (*surface).albedo *= 1.0 - 0.45 * (0.3 + 0.7 * upward) * damp;
     let film = upward * damp;
+    let sealed = (*surface).specular > 0.0;
     (*surface).specular = max((*surface).specular, film * 0.05);
     (*surface).roughness = mix((*surface).roughness, 0.25, film);
-    if (puddles > 0.0 && normal.z > 0.995) {
-        let begin = 1.0 - 0.75 * puddles;
-        let pool = smoothly(begin, begin + 0.08, noise_at(at.x * 0.3, at.y * 0.3, 11u));
-        (*surface).albedo *= 1.0 - 0.5 * pool;
-        (*surface).specular = mix((*surface).specular, 0.06, pool);
-        (*surface).roughness = mix((*surface).roughness, 0.02, pool);
+    if (puddles > 0.0 && normal.z > 0.995 && sealed) {
+        // Large hollows with ragged edges.
+        let low = noise_at(at.x * 0.19, at.y * 0.19, 11u) * 0.72
+            + noise_at(at.x * 1.1, at.y * 1.1, 12u) * 0.2
+            + noise_at(at.x * 5.3, at.y * 5.3, 13u) * 0.08;
+        let begin = 0.9 - 0.42 * puddles;
+        let pool = smoothly(begin, begin + 0.05, low);
+        (*surface).albedo *= 1.0 - 0.45 * pool;
+        (*surface).specular = max((*surface).specular, pool * 0.02);
+        (*surface).roughness = mix((*surface).roughness, 0.01, pool);
     }
 }
