@@ -1,7 +1,5 @@
 //! Scenes in the cache of baked data.
 
-use std::sync::OnceLock;
-
 use bake::{Cache, Key, Parts};
 use protocol::Episode;
 
@@ -89,7 +87,6 @@ fn load_scene(parts: &mut Parts) -> Option<Scene> {
         geometries: BlueprintGeometry::all(&parked).0,
         reach,
         parked,
-        lamp_parts: OnceLock::new(),
         walls: parts.take()?,
         triangles: parts.take()?,
         nodes: parts.take()?,

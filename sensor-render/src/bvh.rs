@@ -80,6 +80,18 @@ pub(crate) struct Node {
 const _: () = assert!(size_of::<Node>() == 64);
 
 impl Node {
+    /// Node whose children are set later.
+    pub(crate) const JOIN: Node = Node {
+        low0: [0.0; 3],
+        child0: Link::EMPTY,
+        high0: [0.0; 3],
+        child1: Link::EMPTY,
+        low1: [0.0; 3],
+        reserved0: 0,
+        high1: [0.0; 3],
+        reserved1: 0,
+    };
+
     /// Returns the node with both links moved; see [`Link::moved`].
     pub(crate) fn moved(&self, nodes: u32, primitives: u32) -> Node {
         Node {

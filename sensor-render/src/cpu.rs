@@ -23,7 +23,7 @@ use lidar::LidarColumns;
 use rayon::prelude::*;
 use shade::Shade;
 
-use crate::lamps::LampGrid;
+use crate::lamps::SceneLamps;
 use crate::outputs::{Tile, split};
 use crate::rays::Sensor;
 use crate::simd::Isa;
@@ -36,6 +36,7 @@ pub struct CpuTracer {
     /// `None`: the calling thread traces.
     workers: Option<Workers>,
     isa: Isa,
+    lamps: SceneLamps,
 }
 
 impl CpuTracer {
@@ -44,13 +45,13 @@ impl CpuTracer {
     /// # Errors
     /// [`TraceError::Threads`] if the threads cannot be started.
     pub fn new(threads: usize) -> Result<CpuTracer, TraceError> {
-        Ok(CpuTracer { workers: Some(Workers::new(threads)?), isa: Isa::detect() })
+        Ok(CpuTracer { workers: Some(Workers::new(threads)?), ..CpuTracer::in_calling_thread() })
     }
 
     /// Returns a tracer that works in the thread that calls it. A forked process can go on with it,
     /// unlike with one that has threads.
     pub fn in_calling_thread() -> CpuTracer {
-        CpuTracer { workers: None, isa: Isa::detect() }
+        CpuTracer { workers: None, isa: Isa::detect(), lamps: SceneLamps::default() }
     }
 
     /// Returns a tracer that uses the given instruction set.
@@ -77,7 +78,7 @@ impl CpuTracer {
         let work = split(world, jobs)?;
         let (isa, sensors) = (self.isa, &work.sensors);
         let light = world.light();
-        let lamps = LampGrid::new(scene, world, &light);
+        let lamps = self.lamps.grid(scene, world, &light);
         let trace = |mut tile: Tile| match &sensors[tile.sensor] {
             Sensor::Camera(camera) => {
                 let shade = Shade { scene, world, light: &light, lamps: &lamps, camera };

@@ -1,13 +1,17 @@
 use bytemuck::{Pod, Zeroable};
+use glam::Affine3A;
 use protocol::StreetLightState;
 
-use crate::bvh::Link;
+use crate::bvh::{Box3, Link, transformed_box};
+use crate::scene::Scene;
 
 /// Bits of [`Instance::lights`]. Vehicles have those of [`protocol::lamp`] that shine at this
 /// moment; traffic lights have the bits below.
 pub(crate) mod lights {
     /// The instance is a traffic light; its phase begins at bit [`PHASE_SHIFT`].
     pub(crate) const SIGNAL: u32 = 1 << 31;
+    /// The instance is a parked vehicle, whose lamps are off at night too.
+    pub(crate) const PARKED: u32 = 1 << 30;
     /// Lowest bit of the phase.
     pub(crate) const PHASE_SHIFT: u32 = 16;
     /// Bits of the phase, after the shift.
@@ -34,6 +38,27 @@ pub(crate) struct Instance {
 }
 
 const _: () = assert!(size_of::<Instance>() == 80);
+
+impl Instance {
+    /// Returns the box of a piece in world space, and the piece at its place.
+    pub(crate) fn placed(
+        self,
+        scene: &Scene,
+        blas: u32,
+        world_from_piece: &Affine3A,
+    ) -> (Box3, Instance) {
+        let bottom = &scene.blases[blas as usize];
+        let bounds = transformed_box(world_from_piece, bottom.low, bottom.high);
+        let actor_from_world = rows(&world_from_piece.inverse());
+        (bounds, Instance { actor_from_world, root: bottom.root, blas, ..self })
+    }
+}
+
+/// Returns the three rows of an affine transform.
+fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
+    let (m, t) = (&affine.matrix3, affine.translation);
+    [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], t[row]])
+}
 
 /// State of a street light that a command has set. The shaders read the same 16 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]

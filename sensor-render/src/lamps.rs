@@ -62,14 +62,23 @@ pub(crate) struct LampGrid {
 const SIDE_MIN_M: f32 = 16.0;
 const CELLS_MAX: f32 = 128.0;
 
-impl LampGrid {
+/// Lamps of the scene that was rendered last.
+#[derive(Debug, Default)]
+pub(crate) struct SceneLamps {
+    /// [`Scene::serial`], and its lamps.
+    parts: Option<(u64, LampParts)>,
+}
+
+impl SceneLamps {
     /// Returns the lamps that shine in a frame; none by day, when they would not be noticed.
-    pub(crate) fn new(scene: &Scene, world: &World, light: &Light) -> LampGrid {
+    pub(crate) fn grid(&mut self, scene: &Scene, world: &World, light: &Light) -> LampGrid {
         let mut grid = LampGrid::default();
         if light.horizon.w <= 0.0 {
             return grid;
         }
-        let parts = scene.lamp_parts();
+        let known = self.parts.take().filter(|(serial, _)| *serial == scene.serial);
+        let (_, parts) =
+            self.parts.insert(known.unwrap_or_else(|| (scene.serial, LampParts::of(scene))));
         let emission = |part: &LampPart, instance: u32| {
             SurfaceMaterial::new(scene, world, light, part.triangle, instance).emission
         };
@@ -93,7 +102,9 @@ impl LampGrid {
         grid.assign();
         grid
     }
+}
 
+impl LampGrid {
     /// Assigns the lamps to the cells within their reach.
     fn assign(&mut self) {
         let at = |lamp: &Lamp| Vec2::new(lamp.position[0], lamp.position[1]);
@@ -148,15 +159,15 @@ fn insert(cell: &mut Cell, strengths: &mut [f32; 8], mut number: u32, mut streng
 
 /// Lamps of the town and of each bottom-level hierarchy, at rest.
 #[derive(Debug)]
-pub(crate) struct LampParts {
-    pub(crate) town: Vec<LampPart>,
+struct LampParts {
+    town: Vec<LampPart>,
     /// By index of the bottom-level hierarchy.
-    pub(crate) blases: Vec<Vec<LampPart>>,
+    blases: Vec<Vec<LampPart>>,
 }
 
 /// Triangles that emit light together.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct LampPart {
+struct LampPart {
     /// One of them, which decides the emission.
     triangle: u32,
     kind: u32,
@@ -182,7 +193,7 @@ impl LampPart {
 }
 
 impl LampParts {
-    pub(crate) fn of(scene: &Scene) -> LampParts {
+    fn of(scene: &Scene) -> LampParts {
         LampParts {
             town: street_lights(scene),
             blases: scene.blases.iter().map(|blas| vehicle_lamps(scene, blas)).collect(),

@@ -28,6 +28,7 @@ mod motion;
 mod outputs;
 mod overlay;
 mod parallel_build;
+mod parked;
 mod pieces;
 mod quality;
 mod rays;

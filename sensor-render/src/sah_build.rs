@@ -18,7 +18,8 @@ pub(crate) fn over_boxes(boxes: &[Box3]) -> Hierarchy {
     if boxes.is_empty() {
         return Hierarchy { nodes: Vec::new(), root: Link::EMPTY, order: Vec::new() };
     }
-    over(boxes, TOP_DEPTH_MAX)
+    // The hierarchy of a frame joins two of these.
+    over(boxes, TOP_DEPTH_MAX - 1)
 }
 
 /// Builds a hierarchy over boxes, one per leaf where that is not deeper than `depth_max`.

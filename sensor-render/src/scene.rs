@@ -1,8 +1,5 @@
 use std::borrow::Cow;
-use std::sync::{
-    OnceLock,
-    atomic::{AtomicU64, Ordering},
-};
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
@@ -13,7 +10,6 @@ use town::{Geometry, Rig};
 
 use crate::{
     bvh::{Hierarchy, Link, Node},
-    lamps::LampParts,
     parallel_build::over_triangles,
     triangle::Triangle,
     wall::{Wall, find_walls},
@@ -142,8 +138,6 @@ pub struct Scene {
     pub(crate) geometries: Vec<BlueprintGeometry>,
     /// Parked vehicles, which never move.
     pub(crate) parked: Vec<ActorState>,
-    /// Lamps, once a frame at night has asked for them.
-    pub(crate) lamp_parts: OnceLock<LampParts>,
 }
 
 impl Scene {
@@ -214,7 +208,6 @@ impl Scene {
             blases: Vec::with_capacity(pieces.len()),
             geometries,
             parked: Vec::new(),
-            lamp_parts: OnceLock::new(),
         };
         let (town_blas, looks) = rayon::join(
             || Part::new(static_mesh),
@@ -268,7 +261,6 @@ impl Scene {
             blases: Vec::new(),
             geometries: self.geometries.clone(),
             parked: town.parked.iter().map(|one| parked_actor(town, one)).collect(),
-            lamp_parts: OnceLock::new(),
         };
         scene.town_blas = scene.add(Part::new(&town.mesh));
         let triangle_end = scene.triangles.len() as u32;
@@ -288,11 +280,6 @@ impl Scene {
         };
         scene.blases = self.blases.iter().map(blas).collect();
         Ok(Some(scene))
-    }
-
-    /// Returns the lamps of the town and of every blueprint.
-    pub(crate) fn lamp_parts(&self) -> &LampParts {
-        self.lamp_parts.get_or_init(|| LampParts::of(self))
     }
 
     /// Returns the number of triangles in memory: those of the town, and those of each blueprint

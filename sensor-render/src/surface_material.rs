@@ -152,7 +152,7 @@ fn street_light_emission(overrides: &[StreetLight], number: u32, dark: f32) -> V
 }
 
 /// Returns the radiance that a lamp of an actor emits. At night, head and tail lamps shine even if
-/// they are not switched on.
+/// they are not switched on, except those of parked vehicles.
 fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
     const LAMP_WHITE: usize = Material::LampWhite as usize;
     const LAMP_RED: usize = Material::LampRed as usize;
@@ -173,6 +173,7 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         let shown = on >> lights::PHASE_SHIFT & lights::PHASE_MASK;
         f32::from(u8::from(is_signal && shown == phase))
     };
+    let dark = if on & lights::PARKED != 0 { 0.0 } else { dark };
     let amber = Vec3::new(3.6, 1.5, 0.08);
     match code {
         LAMP_WHITE => {

@@ -13,6 +13,7 @@ mod baked;
 mod lamps;
 mod motion;
 mod overlay;
+mod parked;
 mod pieces;
 mod quality;
 mod reflections;

@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 
-use crate::bvh::{Link, Node};
+use crate::bvh::{Box3, Link, Node};
 
 /// Node with eight children, for packets of rays. The rows of `bounds` are low x, high x, low y,
 /// high y, low z, high z, each for all children.
@@ -20,12 +20,19 @@ pub(crate) struct WideNode {
 const OUTSIDE: f32 = 1e30;
 
 impl WideNode {
-    fn empty() -> WideNode {
-        let mut bounds = [[OUTSIDE; 8]; 8];
-        for axis in 0..3 {
-            bounds[2 * axis + 1] = [-OUTSIDE; 8];
-        }
+    pub(crate) const EMPTY: WideNode = {
+        let (far, near) = ([OUTSIDE; 8], [-OUTSIDE; 8]);
+        let bounds = [far, near, far, near, far, near, far, far];
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
+    };
+
+    /// Returns a node with two children, each with its box.
+    pub(crate) fn join(children: [(Link, Box3); 2]) -> WideNode {
+        let mut node = WideNode::EMPTY;
+        for (slot, (link, (low, high))) in children.into_iter().enumerate() {
+            node.set_child(slot, &Child { link, low, high }, link);
+        }
+        node
     }
 
     /// Returns the node with all links moved; see [`Link::moved`].
@@ -76,7 +83,7 @@ pub(crate) fn widen(nodes: &[Node], root: Link, wide: &mut Vec<WideNode>) -> Lin
         return root;
     }
     let base = wide.len();
-    wide.push(WideNode::empty());
+    wide.push(WideNode::EMPTY);
     let mut todo = vec![(root, base)];
     while let Some((link, at)) = todo.pop() {
         let mut children = [Child { link: Link::EMPTY, low: Vec3::ZERO, high: Vec3::ZERO }; 8];
@@ -99,7 +106,7 @@ pub(crate) fn widen(nodes: &[Node], root: Link, wide: &mut Vec<WideNode>) -> Lin
             let mut link = child.link;
             if !link.is_leaf() {
                 link = Link(wide.len() as u32);
-                wide.push(WideNode::empty());
+                wide.push(WideNode::EMPTY);
                 todo.push((child.link, link.0 as usize));
             }
             wide[at].set_child(slot, child, link);

@@ -1,17 +1,18 @@
-use std::iter::repeat;
 use std::sync::Arc;
 
-use glam::{Affine3A, Vec3};
+use bytemuck::Zeroable;
+use glam::Affine3A;
 use protocol::{
     ActorId, ActorState, GivenPoses, Stamp, StreetLights, WalkerLimbs, Weather, kind, lamp,
 };
 
 use crate::{
-    bvh::{Link, Node, transformed_box},
+    bvh::{Box3, Hierarchy, Link, Node, node_of},
     instance::{Instance, StreetLight, lights},
     light::Light,
     motion::Motions,
     overlay::Overlay,
+    parked::ParkedHierarchy,
     pieces::pieces,
     quality::Quality,
     sah_build::over_boxes,
@@ -25,7 +26,7 @@ pub struct World {
     pub(crate) stamp: Stamp,
     pub(crate) delta_nanos: u64,
     pub(crate) weather: Weather,
-    /// Pieces of actors, in the order of the leaves of the top-level hierarchy.
+    /// Pieces of the parked vehicles and of actors, in the order of the leaves of the top-level hierarchy.
     pub(crate) instances: Vec<Instance>,
     pub(crate) nodes: Vec<Node>,
     pub(crate) root: Option<Link>,
@@ -49,6 +50,8 @@ pub struct World {
     pub(crate) street_lights: Arc<Vec<StreetLight>>,
     /// Quality of cameras that ask for none.
     pub(crate) quality: Quality,
+    /// [`Scene::serial`] of the scene of the last frame, and its parked vehicles.
+    parked: Option<(u64, ParkedHierarchy)>,
     /// Whether no shadow rays are traced.
     is_shadowless: bool,
 }
@@ -94,7 +97,8 @@ impl World {
         self.street_lights = Arc::new(lights.lamps().map(StreetLight::of).collect());
     }
 
-    /// Places the actors of one snapshot and rebuilds the top-level hierarchy over them.
+    /// Places the actors of one snapshot, and builds the top-level hierarchy over them and the parked
+    /// vehicles of the scene.
     ///
     /// `delta_nanos` is the simulated time of the frame; it determines the sweep of spinning
     /// lidars. `paint` returns the colour of a vehicle as red, green and blue. Actors are invisible
@@ -112,38 +116,65 @@ impl World {
         self.delta_nanos = delta_nanos;
         self.weather = *weather;
         self.motions = Motions::default();
-        let mut instances = Vec::with_capacity(actors.len() + scene.parked.len());
-        let mut boxes: Vec<(Vec3, Vec3)> = Vec::with_capacity(actors.len() + scene.parked.len());
+        let (mut instances, mut boxes) = (Vec::new(), Vec::new());
         let blink = BlinkPhase::at(stamp.sim_time_nanos);
-        for (actor, is_parked) in
-            actors.iter().zip(repeat(false)).chain(scene.parked.iter().zip(repeat(true)))
-        {
+        for actor in actors {
             let [red, green, blue] = paint(actor);
             let geometry = Instance {
-                actor_from_world: [[0.0; 4]; 3],
-                root: Link::EMPTY,
                 id: actor.actor_id.0,
                 color: u32::from_le_bytes([red, green, blue, 255]),
                 lights: blink.of(actor),
-                blas: 0,
-                reserved: [0; 3],
+                ..Instance::zeroed()
             };
             let limbs = WalkerLimbs::find(&self.limbs, actor.actor_id);
-            pieces(scene, actor, (&self.poses, limbs), is_parked, |blas, world_from_piece| {
-                let bottom = &scene.blases[blas as usize];
-                boxes.push(transformed_box(world_from_piece, bottom.low, bottom.high));
-                let actor_from_world = rows(&world_from_piece.inverse());
-                instances.push(Instance { actor_from_world, root: bottom.root, blas, ..geometry });
+            pieces(scene, actor, (&self.poses, limbs), false, |blas, world_from_piece| {
+                let (bounds, piece) = geometry.placed(scene, blas, world_from_piece);
+                boxes.push(bounds);
+                instances.push(piece);
             });
         }
         let top = over_boxes(&boxes);
-        self.instances.clear();
-        self.instances.extend(top.order.iter().map(|&at| instances[at as usize]));
-        self.root = (!instances.is_empty()).then_some(top.root);
-        self.wide.clear();
-        let wide_root = widen(&top.nodes, top.root, &mut self.wide);
-        self.wide_root = (!instances.is_empty()).then_some(wide_root);
-        self.nodes = top.nodes;
+        let around = boxes.into_iter().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
+        self.join(scene, &top, around, top.order.iter().map(|&at| instances[at as usize]));
+    }
+
+    /// Joins the hierarchy over the actors with that over the parked vehicles, which stay in front.
+    fn join(
+        &mut self,
+        scene: &Scene,
+        actors: &Hierarchy,
+        around: Option<Box3>,
+        instances: impl Iterator<Item = Instance>,
+    ) {
+        let known = self.parked.take().filter(|(serial, _)| *serial == scene.serial);
+        let (_, parked) = self.parked.insert(known.unwrap_or_else(|| {
+            let parked = ParkedHierarchy::of(scene);
+            self.instances.clone_from(&parked.instances);
+            self.nodes.clone_from(&parked.nodes);
+            self.wide.clone_from(&parked.wide);
+            (scene.serial, parked)
+        }));
+        let (base, first) = (parked.nodes.len() as u32, parked.instances.len() as u32);
+        self.instances.truncate(parked.instances.len());
+        self.instances.extend(instances);
+        self.nodes.truncate(parked.nodes.len());
+        self.nodes.extend(actors.nodes.iter().map(|node| node.moved(base, first)));
+        let root = actors.root.moved(base, first);
+        self.wide.truncate(parked.wide.len());
+        let wide_root = widen(&self.nodes, root, &mut self.wide);
+        let has_parked = !parked.instances.is_empty();
+        (self.root, self.wide_root) = match (has_parked, around) {
+            (false, None) => (None, None),
+            (true, None) => (Some(parked.root), Some(parked.wide_root)),
+            (false, Some(_)) => (Some(root), Some(wide_root)),
+            (true, Some(around)) => {
+                let (by_parked, own) = (parked.around, around);
+                let boxes = node_of(by_parked.0, by_parked.1, own.0, own.1);
+                self.nodes[0] = Node { child0: parked.root, child1: root, ..boxes };
+                self.wide[0] = WideNode::join([(parked.wide_root, by_parked), (wide_root, own)]);
+                (Some(Link(0)), Some(Link(0)))
+            }
+        };
     }
 
     /// Computes the motion of `actors` since `before`, for optical flow. Call it after
@@ -202,10 +233,4 @@ impl BlinkPhase {
             _ => 0,
         }
     }
-}
-
-/// Returns the three rows of an affine transform.
-fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
-    let (m, t) = (&affine.matrix3, affine.translation);
-    [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], t[row]])
 }

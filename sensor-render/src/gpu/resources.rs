@@ -10,7 +10,7 @@ use super::open::Gpu;
 use crate::bvh::Link;
 use crate::glyphs::GLYPHS;
 use crate::instance::StreetLight;
-use crate::lamps::LampGrid;
+use crate::lamps::{LampGrid, SceneLamps};
 use crate::lidar_return::REFLECTIVITIES;
 use crate::light::Light;
 use crate::quality::{SAMPLES, Sample};
@@ -42,6 +42,7 @@ pub(crate) struct GpuResources {
     layout_hash: u64,
     /// Uploaded street lights.
     street_lights: Arc<Vec<StreetLight>>,
+    lamps: SceneLamps,
 }
 
 /// Binding numbers of the shaders.
@@ -80,6 +81,7 @@ impl GpuResources {
             group: None,
             layout_hash: 0,
             street_lights: Arc::default(),
+            lamps: SceneLamps::default(),
         };
         let reflectivities: Vec<[f32; 4]> =
             REFLECTIVITIES.iter().map(|[rho, diffuse]| [*rho, *diffuse, 0.0, 0.0]).collect();
@@ -121,7 +123,8 @@ impl GpuResources {
     pub(crate) fn upload_batch(&mut self, gpu: &Gpu, scene: &Scene, world: &World, batch: &Batch) {
         let [cameras, lidars, packing] = batch.groups;
         let light = world.light();
-        self.upload_lamps(gpu, &LampGrid::new(scene, world, &light));
+        let lamps = self.lamps.grid(scene, world, &light);
+        self.upload_lamps(gpu, &lamps);
         let frame = FrameUniforms {
             light,
             roots: [

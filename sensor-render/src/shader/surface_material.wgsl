@@ -40,6 +40,7 @@ struct SurfaceMaterial {
 }
 
 const IS_SIGNAL = 0x80000000u;
+const IS_PARKED = 0x40000000u;
 
 fn shows(lights: u32, phase: u32) -> f32 {
     return select(0.0, 1.0, (lights & IS_SIGNAL) != 0u && ((lights >> 16u) & 3u) == phase);
@@ -56,7 +57,7 @@ fn linear_of(c: vec3f) -> vec3f {
 
 // Radiance of a lamp of an actor. Bits are those of `lamp` in the protocol crate.
 fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
-    let dark = frame.horizon.w;
+    let dark = select(frame.horizon.w, 0.0, (lights & IS_PARKED) != 0u);
     let amber = vec3f(3.6, 1.5, 0.08);
     switch (code) {
         case LAMP_WHITE: {
