@@ -41,6 +41,23 @@ pub(crate) struct Lamp {
     pub(crate) reserved: u32,
 }
 
+impl Lamp {
+    /// Returns the approximate share of its intensity that a lamp sends to a cell: `middle` leads from it to
+    /// the middle of the cell, `away` to the nearest point, both horizontally.
+    fn share_towards(&self, middle: Vec2, away: Vec2) -> f32 {
+        let ahead = Vec2::new(self.direction[0], self.direction[1]);
+        if self.kind == kind::STREET || away == Vec2::ZERO {
+            return 1.0;
+        }
+        let along = ahead.dot(middle.normalize_or_zero()).max(0.0);
+        let squared = along * along;
+        match self.kind {
+            kind::DIFFUSE => along,
+            _ => squared * squared,
+        }
+    }
+}
+
 /// Lamps of one cell of the grid; [`NONE`] is an empty entry, behind the others.
 pub(crate) type Cell = [u32; 8];
 
@@ -135,7 +152,8 @@ impl LampGrid {
                         continue;
                     }
                     // A lamp hangs a few metres above the surfaces.
-                    let strength = brightness / (away.length_squared() + 25.0);
+                    let strength = brightness / (away.length_squared() + 25.0)
+                        * lamp.share_towards(corner + 0.5 * self.side - center, away);
                     let cell = (row * columns + column) as usize;
                     insert(&mut self.cells[cell], &mut strengths[cell], number, strength);
                 }
