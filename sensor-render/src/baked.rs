@@ -15,6 +15,7 @@ const CODE: &str = concat!(
     include_str!("bvh.rs"),
     include_str!("parallel_build.rs"),
     include_str!("scene.rs"),
+    include_str!("smooth.rs"),
     include_str!("triangle.rs"),
     include_str!("wall.rs"),
     include_str!("wide.rs"),
@@ -65,6 +66,7 @@ pub(crate) fn store_scene(cache: &Cache, episode: &Episode, scene: &Scene) {
             bytemuck::cast_slice(&scene.triangles),
             bytemuck::cast_slice(&scene.nodes),
             bytemuck::cast_slice(&scene.wide),
+            bytemuck::cast_slice(&scene.smooth),
         ],
     );
 }
@@ -91,5 +93,6 @@ fn load_scene(parts: &mut Parts) -> Option<Scene> {
         triangles: parts.take()?,
         nodes: parts.take()?,
         wide: parts.take()?,
+        smooth: parts.take()?,
     })
 }

@@ -39,6 +39,7 @@ mod run_error;
 mod sah_build;
 mod scene;
 mod simd;
+mod smooth;
 mod surface_material;
 mod surface_sample;
 mod tracer;

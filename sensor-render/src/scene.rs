@@ -11,6 +11,7 @@ use town::{Geometry, Rig};
 use crate::{
     bvh::{Hierarchy, Link, Node},
     parallel_build::over_triangles,
+    smooth::{CornerNormals, corner_normals},
     triangle::Triangle,
     wall::{Wall, find_walls},
     wide::{WideNode, widen},
@@ -127,6 +128,8 @@ pub struct Scene {
     /// rounding errors.
     pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
+    /// Normals at the corners of the triangles of the blueprints, which follow those of the town.
+    pub(crate) smooth: Vec<CornerNormals>,
     /// Walls with windows; index 0 is [`Wall::NONE`].
     pub(crate) walls: Vec<Wall>,
     pub(crate) town_blas: Blas,
@@ -202,6 +205,7 @@ impl Scene {
             wide: Vec::new(),
             reach: 1000.0,
             triangles: Vec::new(),
+            smooth: Vec::new(),
             walls: vec![Wall::NONE],
             town_blas: Blas::EMPTY,
             town_ends: [0; 3],
@@ -211,7 +215,7 @@ impl Scene {
         };
         let (town_blas, looks) = rayon::join(
             || Part::new(static_mesh),
-            || pieces.par_iter().map(|mesh| Part::new(mesh)).collect::<Vec<_>>(),
+            || pieces.par_iter().map(|mesh| Part::new(mesh).smooth()).collect::<Vec<_>>(),
         );
         scene.town_blas = scene.add(town_blas);
         let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
@@ -255,6 +259,7 @@ impl Scene {
             wide: Vec::new(),
             reach: self.blases.iter().fold(1000.0, |reach, blas| reach.max(blas.reach())),
             triangles: Vec::new(),
+            smooth: self.smooth.clone(),
             walls: vec![Wall::NONE],
             town_blas: Blas::EMPTY,
             town_ends: [0; 3],
@@ -291,7 +296,8 @@ impl Scene {
     /// Appends the hierarchy of a mesh; its wide hierarchy is built later.
     fn add(&mut self, part: Part) -> Blas {
         let first = self.triangles.len();
-        let Part { hierarchy, mut triangles, low, high } = part;
+        let Part { hierarchy, mut triangles, mut smooth, low, high } = part;
+        self.smooth.append(&mut smooth);
         let root = hierarchy.append_to(&mut self.nodes, first as u32);
         let blas = Blas { root, wide_root: Link::EMPTY, low, high };
         self.reach = self.reach.max(blas.reach());
@@ -328,6 +334,8 @@ struct Part {
     hierarchy: Hierarchy,
     /// Triangles in the order of the leaves.
     triangles: Vec<Triangle>,
+    /// Normals at their corners; empty where faces are flat.
+    smooth: Vec<CornerNormals>,
     low: Vec3,
     high: Vec3,
 }
@@ -353,7 +361,13 @@ impl Part {
             }
         };
         let triangles = hierarchy.order.par_iter().map(triangle).collect();
-        Part { hierarchy, triangles, low, high }
+        Part { hierarchy, triangles, smooth: Vec::new(), low, high }
+    }
+
+    /// Returns the part with normals at the corners.
+    fn smooth(self) -> Part {
+        let corners: Vec<[Vec3; 3]> = self.triangles.iter().map(Triangle::corners).collect();
+        Part { smooth: corner_normals(&corners), ..self }
     }
 }
 

@@ -162,7 +162,10 @@ impl Shade<'_> {
     ) -> Radiance<F> {
         let (light, zero, one) = (self.light, F::splat(0.0), F::splat(1.0));
         let away = zero.lt(sample.normal.dot(view));
-        let normal = (-sample.normal).or(away, sample.normal);
+        let flat = (-sample.normal).or(away, sample.normal);
+        // The normal between those of the corners, unless the camera looked at its back.
+        let smooth = (-surfaces.smooth).or(surfaces.smooth.dot(flat).lt(zero), surfaces.smooth);
+        let normal = flat.or(smooth.dot(view).ge(zero), smooth);
         let cosine = -normal.dot(view);
         let pixel = t * F::splat(self.camera.pixel);
         let long = pixel / cosine.max(F::splat(0.06));
@@ -192,7 +195,7 @@ impl Shade<'_> {
             let strong = F::splat(MIRROR_MIN).lt(mirror * clear);
             let traced = active & sharp & strong;
             if traced.any() {
-                let origins = normal.mul_add(F::splat(LIFT), at);
+                let origins = flat.mul_add(F::splat(LIFT), at);
                 let r = rippled(light, at, normal, r);
                 mirrored = self.mirrored(origins, r, traced, stack).or(traced, mirrored);
             }

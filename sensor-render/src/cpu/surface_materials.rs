@@ -4,6 +4,7 @@ use super::grain::noise;
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
+use crate::smooth::SmoothTriangle;
 use crate::surface_material::SurfaceMaterial;
 use crate::world::World;
 
@@ -19,6 +20,8 @@ pub(crate) struct SurfaceMaterials<F: Float> {
     pub(crate) grain: [F; 4],
     pub(crate) wall: [F; 4],
     pub(crate) seed: F::Word,
+    /// Normals between those of the corners, of unit length, towards either side; 0 on flat surfaces.
+    pub(crate) smooth: V3<F>,
     /// Position along the surface and up the surface, and height above z = 0. Metres.
     pub(crate) along: F,
     pub(crate) up: F,
@@ -48,6 +51,7 @@ impl<F: Float> SurfaceMaterials<F> {
             grain: [zero; 4],
             wall: [zero; 4],
             seed: F::Word::splat(0),
+            smooth: black,
             along: zero,
             up: zero,
             height: at.z,
@@ -60,6 +64,9 @@ impl<F: Float> SurfaceMaterials<F> {
             let same = triangle.eq(F::Word::splat(index)) & instance.eq(F::Word::splat(of));
             left &= !same.bits();
             let surface = SurfaceMaterial::new(scene, world, light, index, of);
+            if let Some(triangle) = SmoothTriangle::of(scene, world, index, of) {
+                surfaces.smooth = interpolated(&triangle, at).or(same, surfaces.smooth);
+            }
             surfaces.albedo = V3::splat(surface.albedo).or(same, surfaces.albedo);
             surfaces.emission = V3::splat(surface.emission).or(same, surfaces.emission);
             surfaces.specular = F::splat(surface.specular).or(same, surfaces.specular);
@@ -93,4 +100,15 @@ impl<F: Float> SurfaceMaterials<F> {
         }
         self.albedo = self.albedo * wave.max(F::splat(0.05));
     }
+}
+
+/// Returns the normals between those of the corners of a triangle.
+#[inline(always)]
+fn interpolated<F: Float>(triangle: &SmoothTriangle, at: V3<F>) -> V3<F> {
+    let from_corner = at - V3::splat(triangle.corner);
+    let u = from_corner.dot(V3::splat(triangle.for_u)).clamp01();
+    let v = from_corner.dot(V3::splat(triangle.for_v)).clamp01();
+    let [a, b, c] = triangle.normals.map(V3::splat);
+    let sum = c.mul_add(v, b.mul_add(u, a * (F::splat(1.0) - u - v)));
+    sum * (F::splat(1.0) / sum.dot(sum).max(F::splat(1e-12)).sqrt())
 }

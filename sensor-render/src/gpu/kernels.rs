@@ -7,7 +7,7 @@ use wgpu::{
 
 /// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
 /// overlay_raster.wgsl and lamplight.wgsl).
-pub(crate) const BINDINGS: usize = 16;
+pub(crate) const BINDINGS: usize = 17;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),

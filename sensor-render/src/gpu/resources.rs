@@ -28,6 +28,7 @@ struct FrameUniforms {
     roots: [u32; 4],
     groups: [u32; 4],
     overlay: [u32; 4],
+    town: [u32; 4],
     samples: [Sample; SAMPLES.len()],
 }
 
@@ -63,6 +64,7 @@ mod at {
     pub(super) const OVERLAY: usize = 13;
     pub(super) const STREET_LIGHTS: usize = 14;
     pub(super) const LAMPS: usize = 15;
+    pub(super) const CORNER_NORMALS: usize = 16;
 }
 
 impl GpuResources {
@@ -101,7 +103,8 @@ impl GpuResources {
         }
         bounds::check_scene(scene).map_err(|why| gpu.error(why))?;
         let bytes_max = gpu.device.limits().max_storage_buffer_binding_size;
-        let parts: [(&str, usize, &[u8]); 3] = [
+        let parts: [(&str, usize, &[u8]); 4] = [
+            ("normals", at::CORNER_NORMALS, bytemuck::cast_slice(&scene.smooth)),
             ("nodes", at::NODES, bytemuck::cast_slice(&scene.nodes)),
             ("triangles", at::TRIANGLES, bytemuck::cast_slice(&scene.triangles)),
             ("walls", at::WALLS, bytemuck::cast_slice(&scene.walls)),
@@ -135,6 +138,7 @@ impl GpuResources {
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
             overlay: self.upload_overlay(gpu, &world.overlay),
+            town: [scene.town_ends[2], 0, 0, 0],
             samples: SAMPLES,
         };
         if !Arc::ptr_eq(&self.street_lights, &world.street_lights) {

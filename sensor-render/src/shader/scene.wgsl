@@ -18,6 +18,8 @@ struct FrameUniforms {
     groups: vec4u,
     // Debug shapes: root, first capsule, first text, number of texts; see overlay_raster.wgsl.
     overlay: vec4u,
+    // Number of triangles of the town.
+    town: vec4u,
     // Rays of a pixel at each quality: see SAMPLES in quality.rs.
     samples: array<vec4f, 21>,
 }
@@ -93,6 +95,8 @@ struct Lidar {
 @group(0) @binding(8) var<storage, read> circles: array<vec2f>;
 @group(0) @binding(9) var<storage, read_write> tags: array<u32>;
 @group(0) @binding(10) var<storage, read_write> bytes_out: array<u32>;
+// Normals at the corners of the triangles after those of the town: see CornerNormals in smooth.rs.
+@group(0) @binding(16) var<storage, read> corner_normals: array<vec4u>;
 
 // Number of the workgroup, counted through all rows of the dispatch.
 fn group_number(group: vec3u) -> u32 {

@@ -56,7 +56,8 @@ fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f) -> vec3
 }
 
 fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
-    let normal = normal_of(hit, view);
+    let flat_normal = normal_of(hit, view);
+    let normal = smooth_normal_of(hit, view, flat_normal);
     let cosine = -dot(normal, view);
     let long = pixel / max(cosine, 0.06);
     var surface = surface_material_of(hit, at);
@@ -79,7 +80,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
     var mirrored: vec3f;
     if (traces_reflections && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
-        mirrored = mirrored_of(Ray(at + normal * LIFT, rippled(at, normal, r)));
+        mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r)));
     } else {
         mirrored = reflection(r);
     }
@@ -120,6 +121,31 @@ fn rippled(at: vec3f, normal: vec3f, r: vec3f) -> vec3f {
     let place = at.xy * 14.0 + frame.air.w * 9.0;
     let wave = vec2f(noise_at(place.x, place.y, 17u), noise_at(place.x, place.y, 18u)) - 0.5;
     return normalize(r + vec3f(wave * (0.16 * rain), 0.0));
+}
+
+// Normal between those of the corners of a triangle of an actor, towards the camera, unless the camera
+// looked at its back; `flat_normal` is that of the triangle.
+fn smooth_normal_of(hit: Hit, view: vec3f, flat_normal: vec3f) -> vec3f {
+    if (hit.instance == NONE) {
+        return flat_normal;
+    }
+    let words = corner_normals[hit.triangle - frame.town.x];
+    let sum = unpacked(words.x) * (1.0 - hit.u - hit.v) + unpacked(words.y) * hit.u
+        + unpacked(words.z) * hit.v;
+    let rows = instances[hit.instance].actor_from_world;
+    var normal = normalize(sum.x * rows[0].xyz + sum.y * rows[1].xyz + sum.z * rows[2].xyz);
+    normal = select(normal, -normal, dot(normal, flat_normal) < 0.0);
+    return select(normal, flat_normal, dot(normal, view) >= 0.0);
+}
+
+// Unit vector of an octahedral form. Twin of `unpacked` in smooth.rs.
+fn unpacked(word: u32) -> vec3f {
+    let p = unpack2x16snorm(word);
+    let z = 1.0 - abs(p.x) - abs(p.y);
+    let fold = max(-z, 0.0);
+    let x = p.x - select(fold, -fold, p.x < 0.0);
+    let y = p.y - select(fold, -fold, p.y < 0.0);
+    return normalize(vec3f(x, y, z));
 }
 
 // Applies rain: wet surfaces are darker and glossier, and level ground has puddles.

@@ -1,0 +1,151 @@
+//! Normals at the corners of triangles, with which curved panels and limbs are shaded.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+
+use crate::hit::NONE;
+use crate::scene::Scene;
+use crate::world::World;
+
+/// Normals at the three corners of a triangle in the space of its piece, octahedral, two signed 16-bit
+/// numbers each; and a zero.
+pub(crate) type CornerNormals = [u32; 4];
+
+/// Cosine of the angle between two faces above which their edge is a crease: 38 degrees.
+const CREASE: f32 = 0.788;
+
+/// Returns the normals at the corners of triangles: the mean over the faces around a corner that no
+/// crease divides from its own, weighted by area.
+pub(crate) fn corner_normals(triangles: &[[Vec3; 3]]) -> Vec<CornerNormals> {
+    let faces: Vec<Vec3> = triangles.iter().map(|[a, b, c]| (b - a).cross(c - a)).collect();
+    // Adding 0 makes -0 equal to 0.
+    let key = |corner: &Vec3| (*corner + Vec3::ZERO).to_array().map(f32::to_bits);
+    let mut around: HashMap<[u32; 3], Vec<u32>> = HashMap::new();
+    for (triangle, index) in triangles.iter().zip(0..) {
+        for corner in triangle {
+            let faces = around.entry(key(corner)).or_default();
+            if faces.last() != Some(&index) {
+                faces.push(index);
+            }
+        }
+    }
+    let normal = |own: Vec3, corner: &Vec3| {
+        let direction = own.normalize_or_zero();
+        let near = around[&key(corner)].iter().map(|index| faces[*index as usize]);
+        let sum: Vec3 = near.filter(|face| face.normalize_or_zero().dot(direction) >= CREASE).sum();
+        packed(sum.try_normalize().unwrap_or(direction))
+    };
+    let of_triangle = |(corners, own): (&[Vec3; 3], &Vec3)| {
+        let [a, b, c] = corners.each_ref().map(|corner| normal(*own, corner));
+        [a, b, c, 0]
+    };
+    triangles.iter().zip(&faces).map(of_triangle).collect()
+}
+
+/// Returns the octahedral form of a unit vector (Meyer et al. 2010).
+fn packed(normal: Vec3) -> u32 {
+    let sum = normal.abs().element_sum().max(1e-12);
+    let (mut x, mut y) = (normal.x / sum, normal.y / sum);
+    if normal.z < 0.0 {
+        (x, y) = ((1.0 - y.abs()).copysign(x), (1.0 - x.abs()).copysign(y));
+    }
+    let word = |part: f32| u32::from((part * 32_767.0).round() as i16 as u16);
+    word(x) | word(y) << 16
+}
+
+/// Returns the vector of an octahedral form; its length is not 1.
+pub(crate) fn unpacked(word: u32) -> Vec3 {
+    let part = |bits: u32| f32::from(bits as u16 as i16) * (1.0 / 32_767.0);
+    let (x, y) = (part(word), part(word >> 16));
+    let z = 1.0 - x.abs() - y.abs();
+    let fold = (-z).max(0.0);
+    Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z)
+}
+
+/// Plane coordinates and normals of a triangle of an actor, in world space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SmoothTriangle {
+    /// `for_u · (point − corner)` is the barycentric coordinate of the second corner, `for_v` that of the
+    /// third.
+    pub(crate) corner: Vec3,
+    pub(crate) for_u: Vec3,
+    pub(crate) for_v: Vec3,
+    /// Normals at the corners, not of unit length.
+    pub(crate) normals: [Vec3; 3],
+}
+
+impl SmoothTriangle {
+    /// Returns the triangle of an instance; `None` for those of the town, which are flat.
+    #[inline]
+    pub(crate) fn of(scene: &Scene, world: &World, triangle: u32, instance: u32) -> Option<Self> {
+        if instance == NONE {
+            return None;
+        }
+        let words = scene.smooth.get((triangle - scene.town_ends[2]) as usize)?;
+        let triangle = &scene.triangles[triangle as usize];
+        let [x, y, z] = world.instances[instance as usize].actor_from_world;
+        let rows = [x, y, z].map(|row| Vec3::new(row[0], row[1], row[2]));
+        let to_world = |v: Vec3| rows[0] * v.x + rows[1] * v.y + rows[2] * v.z;
+        let shift = Vec3::new(x[3], y[3], z[3]);
+        let [corner, edge1, edge2] =
+            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+        let (d11, d12, d22) = (edge1.dot(edge1), edge1.dot(edge2), edge2.dot(edge2));
+        let inverse = 1.0 / (d11 * d22 - d12 * d12).max(1e-20);
+        Some(SmoothTriangle {
+            corner: to_world(corner - shift),
+            for_u: to_world((edge1 * d22 - edge2 * d12) * inverse),
+            for_v: to_world((edge2 * d11 - edge1 * d12) * inverse),
+            normals: [0, 1, 2].map(|at| {
+                let normal = unpacked(words[at]);
+                to_world(normal * (1.0 / normal.length_squared().max(1e-12).sqrt()))
+            }),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn packed_normals_keep_their_direction() {
+        for at in 0..2000u32 {
+            let (turn, z) = (at as f32 * 2.399_963_2, at as f32 / 1000.0 - 0.999_5);
+            let flat = (1.0 - z * z).sqrt();
+            let normal = Vec3::new(flat * turn.cos(), flat * turn.sin(), z);
+            let back = unpacked(packed(normal)).normalize();
+            assert!(back.dot(normal) > 0.999_999, "{normal} {back}");
+        }
+    }
+
+    #[test]
+    fn corners_are_smooth_on_a_sphere_and_sharp_on_a_box() {
+        // A strip of a cylinder of 24 sides, whose faces meet at 15 degrees.
+        let rim = |side: usize, z: f32| {
+            let turn = std::f32::consts::TAU * side as f32 / 24.0;
+            Vec3::new(turn.cos(), turn.sin(), z)
+        };
+        let cylinder: Vec<[Vec3; 3]> = (0..24)
+            .flat_map(|side| {
+                let [a, b] = [rim(side, 0.0), rim((side + 1) % 24, 0.0)];
+                let [c, d] = [rim((side + 1) % 24, 1.0), rim(side, 1.0)];
+                [[a, b, c], [a, c, d]]
+            })
+            .collect();
+        for (triangle, words) in cylinder.iter().zip(corner_normals(&cylinder)) {
+            for (corner, word) in triangle.iter().zip(words) {
+                let outward = corner.with_z(0.0);
+                assert!(unpacked(word).normalize().dot(outward) > 0.999);
+            }
+        }
+        // Two faces of a box keep their own normals at the edge.
+        let edge = [Vec3::ZERO, Vec3::X];
+        let fold = [[edge[0], edge[1], Vec3::Y], [edge[1], edge[0], Vec3::Z]];
+        for (words, own) in corner_normals(&fold).iter().zip([Vec3::Z, Vec3::Y]) {
+            for word in &words[..3] {
+                assert!(unpacked(*word).normalize().dot(own) > 0.999, "{own}");
+            }
+        }
+    }
+}
