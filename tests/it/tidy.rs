@@ -39,6 +39,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("python", &["client-lib", "environment", "mapgen", "maps", "protocol"]),
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("ros2", &["client-lib"]),
+    ("foxglove", &[]),
     ("view", &["client-lib"]),
     (
         "environment",
@@ -73,6 +74,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "sensor-render",
             "client-lib",
             "carla-gateway",
+            "foxglove",
             "ros2",
             "view",
         ],

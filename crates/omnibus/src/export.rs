@@ -11,12 +11,11 @@
 
 mod class;
 mod coco;
-mod foxglove;
 mod geometry;
 mod images;
 mod kitti;
 mod lerobot;
-mod map_scene;
+pub(crate) mod map_scene;
 mod mcap;
 mod mcap_file;
 mod nuscenes;
@@ -28,7 +27,6 @@ mod parallel;
 mod parquet;
 mod recording;
 pub(crate) mod set;
-mod shapes;
 mod split;
 mod statistics;
 mod table;

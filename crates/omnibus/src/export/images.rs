@@ -7,6 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
+use foxglove::Message;
 use jpeg_encoder::ColorType;
 
 use crate::{
@@ -15,10 +16,7 @@ use crate::{
         format::{Camera, Sensor},
         jpeg,
     },
-    export::{
-        foxglove::Message,
-        set::{Frame, Scene, Set},
-    },
+    export::set::{Frame, Scene, Set},
 };
 
 /// How colour images are stored.

@@ -2,21 +2,16 @@
 
 use std::collections::BTreeMap;
 
-use crate::{
-    collect::map_lines::LaneMap,
-    export::{
-        foxglove::{Message, timestamp},
-        mcap_file::Stamped,
-        shapes::{Form, WORLD, color, line},
-    },
-};
+use foxglove::{Form, Message, WORLD, color, line, scene, timestamp};
+
+use crate::collect::map_lines::LaneMap;
 
 /// The width of lines that are not painted. Metres.
 const THIN_M: f64 = 0.05;
 
 /// Returns the message that draws a map: an entity for each kind of mark in each colour, as
 /// `solid white`, and the edges without a mark, the crosswalks and the stop lines.
-pub(crate) fn map_message(map: &LaneMap, time_nanos: u64) -> Stamped {
+pub(crate) fn map_scene(map: &LaneMap, time_nanos: u64) -> Message {
     let mut entities: BTreeMap<String, Vec<Message>> = BTreeMap::new();
     let mut add = |id: String, line| entities.entry(id).or_default().push(line);
     for boundary in &map.boundaries {
@@ -41,14 +36,9 @@ pub(crate) fn map_message(map: &LaneMap, time_nanos: u64) -> Stamped {
         add("stop line".into(), line(Form::Strip, &stop.points_m, 0.3, &color([235; 3], 1.0)));
     }
     let time = timestamp(time_nanos);
-    let mut update = Message::new();
-    for (id, lines) in &entities {
-        let mut entity = Message::new().message(1, &time).text(2, WORLD).text(3, id);
-        for line in lines {
-            entity = entity.message(11, line);
-        }
-        update = update.message(2, &entity);
-    }
-    let topic = "/map".into();
-    Stamped { topic, schema: "foxglove.SceneUpdate", time_nanos, data: update.0 }
+    let entity = |(id, lines): (&String, &Vec<Message>)| {
+        let entity = Message::new().message(1, &time).text(2, WORLD).text(3, id);
+        lines.iter().fold(entity, |entity, line| entity.message(11, line))
+    };
+    scene(&time, entities.iter().map(entity))
 }

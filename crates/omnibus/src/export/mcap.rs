@@ -3,20 +3,20 @@
 use std::{borrow::Cow, fs, path::Path};
 
 use anyhow::Context;
-use glam::DAffine3;
+use foxglove::{
+    Calibration, Entity, Message, WORLD, compressed_image, point_cloud, pose_in_frame, scene,
+    timestamp, transform,
+};
 use mesh::Tag;
 
 use crate::{
     collect::format::{ActorBox, Camera, Sensor},
     export::{
-        foxglove::{Message, timestamp},
         geometry::{affine, affine_of_rows, intrinsics_of_centres},
         images::Images,
-        map_scene::map_message,
         mcap_file::{McapFile, Stamped},
         parallel::Threads,
         set::{Frame, Scene, Set},
-        shapes::{Entity, WORLD, pose, rigid, transform},
     },
 };
 
@@ -56,7 +56,7 @@ fn create(root: &Path, scene: &Scene) -> anyhow::Result<McapFile> {
     file.attach("metadata.json", "application/json", metadata)?;
     file.attach("map.xodr", "application/xml", map)?;
     let time_nanos = scene.frame(0)?.line.sim_time_nanos;
-    file.put(&map_message(&scene.lane_map()?, time_nanos))?;
+    file.put(&Stamped::map(&scene.lane_map()?, time_nanos))?;
     Ok(file)
 }
 
@@ -68,10 +68,10 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
     let mut put = |topic: Cow<'static, str>, schema, message: Message| {
         all.push(Stamped { topic, schema, time_nanos: now, data: message.0 });
     };
-    let scene = frame.scene;
+    let metadata = &frame.scene.metadata;
     let ego = affine(&frame.line.ego.world_from_vehicle);
     let mut transforms = Message::new().message(1, &transform(&time, [WORLD, EGO], &ego));
-    for sensor in &scene.metadata.settings.sensors {
+    for sensor in &metadata.settings.sensors {
         let vehicle_from_sensor = affine_of_rows(&sensor.vehicle_from_sensor);
         let name = &sensor.name;
         transforms = transforms.message(1, &transform(&time, [EGO, name], &vehicle_from_sensor));
@@ -82,15 +82,14 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
         }
     }
     put("/tf".into(), "foxglove.FrameTransforms", transforms);
-    let pose = Message::new().message(1, &time).text(2, WORLD).message(3, &pose(&ego));
-    put("/ego/pose".into(), "foxglove.PoseInFrame", pose);
+    put("/ego/pose".into(), "foxglove.PoseInFrame", pose_in_frame(&time, &ego));
     for (sensor, camera) in frame.cameras() {
         let space = optical_space(sensor);
         let format = if images.extension() == "jpg" { "jpeg" } else { "png" };
-        let mut image = Message::new().message(1, &time).text(4, &space).text(3, format);
+        let mut image = compressed_image(&time, &space, format);
         images.append(frame, sensor, camera, &mut image, 2)?;
         put(format!("/{}/image", sensor.name).into(), "foxglove.CompressedImage", image);
-        let calibration = calibration(&time, &space, camera);
+        let calibration = calibration(camera).message(&time, &space);
         let topic = format!("/{}/calibration", sensor.name);
         put(topic.into(), "foxglove.CameraCalibration", calibration);
     }
@@ -99,12 +98,8 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
         let cloud = point_cloud(&time, &sensor.name, &points, &labels);
         put(format!("/{}/points", sensor.name).into(), "foxglove.PointCloud", cloud);
     }
-    // Objects that are seen no longer disappear.
-    let deletion = Message::new().message(1, &time).integer(2, 1);
-    let mut update = Message::new().message(1, &deletion);
-    for actor in frame.boxes()? {
-        update = update.message(2, &entity(&time, &actor));
-    }
+    let boxes = frame.boxes()?;
+    let update = scene(&time, boxes.iter().map(|actor| entity(&time, actor)));
     put("/boxes".into(), "foxglove.SceneUpdate", update);
     let data = serde_json::to_vec(&frame.line.weather)?;
     all.push(Stamped { topic: "/weather".into(), schema: WEATHER, time_nanos: now, data });
@@ -130,44 +125,9 @@ fn optical_space(sensor: &Sensor) -> String {
     format!("{}_optical", sensor.name)
 }
 
-fn calibration(time: &Message, space: &str, camera: &Camera) -> Message {
-    let [x, y, z] = intrinsics_of_centres(&camera.intrinsics_px);
-    let projection = [x, y, z].map(|row| [row[0], row[1], row[2], 0.0]);
-    Message::new()
-        .message(1, time)
-        .text(9, space)
-        .fixed32(2, camera.width_px)
-        .fixed32(3, camera.height_px)
-        .text(4, "plumb_bob")
-        .doubles(5, &[0.0; 5])
-        .doubles(6, [x, y, z].as_flattened())
-        .doubles(7, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
-        .doubles(8, projection.as_flattened())
-}
-
-/// The fields of a point: name, offset, `PackedElementField.NumericType`.
-const POINT: [(&str, u32, u64); 6] =
-    [("x", 0, 7), ("y", 4, 7), ("z", 8, 7), ("intensity", 12, 7), ("id", 16, 5), ("tag", 20, 5)];
-
-fn point_cloud(time: &Message, space: &str, points: &[u8], labels: &[u8]) -> Message {
-    let (origin, rotation) = rigid(&DAffine3::IDENTITY);
-    let pose = Message::new().message(1, &origin).message(2, &rotation);
-    let mut cloud = Message::new().message(1, time).text(2, space).message(3, &pose);
-    cloud = cloud.fixed32(4, 24);
-    for (name, offset, kind) in POINT {
-        let field = Message::new().text(1, name).fixed32(2, offset).integer(3, kind);
-        cloud = cloud.message(5, &field);
-    }
-    let data = cloud.begin_bytes(6, points.len() + labels.len());
-    let begin = data.len();
-    data.resize(begin + points.len() + labels.len(), 0);
-    let records = data[begin..].as_chunks_mut::<24>().0;
-    let returns = points.as_chunks::<16>().0.iter().zip(labels.as_chunks::<8>().0);
-    for (record, (point, label)) in records.iter_mut().zip(returns) {
-        record[..16].copy_from_slice(point);
-        record[16..].copy_from_slice(label);
-    }
-    cloud
+fn calibration(camera: &Camera) -> Calibration {
+    let size = [camera.width_px, camera.height_px];
+    Calibration { size, intrinsics_px: intrinsics_of_centres(&camera.intrinsics_px) }
 }
 
 /// Returns an actor as a box in the colour of its tag.

@@ -11,7 +11,10 @@ use std::{
 use anyhow::Context;
 use mcap::{Attachment, Compression, McapResult, WriteOptions, Writer, records::MessageHeader};
 
-use crate::export::{foxglove, writing::writing};
+use crate::{
+    collect::map_lines::LaneMap,
+    export::{map_scene::map_scene, writing::writing},
+};
 
 /// A reader that seeks reads one chunk.
 const CHUNK_BYTES: u64 = 4 << 20;
@@ -24,6 +27,14 @@ pub(crate) struct Stamped {
     /// Simulated time.
     pub(crate) time_nanos: u64,
     pub(crate) data: Vec<u8>,
+}
+
+impl Stamped {
+    /// Draws a map.
+    pub(crate) fn map(map: &LaneMap, time_nanos: u64) -> Stamped {
+        let data = map_scene(map, time_nanos).0;
+        Stamped { topic: "/map".into(), schema: "foxglove.SceneUpdate", time_nanos, data }
+    }
 }
 
 /// A file that is written.

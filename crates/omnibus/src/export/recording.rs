@@ -9,18 +9,14 @@ use ::mcap::Compression;
 use anyhow::{Context, bail, ensure};
 use bake::Cache;
 use carla_gateway::carla_log;
+use foxglove::{Entity, Message, WORLD, light_color, scene, timestamp, transform};
 use glam::{DAffine3, DQuat, DVec3};
-use protocol::{ActorId, ActorState, Command, Pose, kind, light};
+use protocol::{ActorId, ActorState, Command, Pose, kind};
 use record::{Collision, RecordedFrame, Recording};
 
 use crate::{
     collect::map_lines::LaneMap,
-    export::{
-        foxglove::{Message, timestamp},
-        map_scene::map_message,
-        mcap_file::{McapFile, Stamped},
-        shapes::{Entity, WORLD, transform},
-    },
+    export::mcap_file::{McapFile, Stamped},
     saved::existing_recording,
 };
 
@@ -95,7 +91,7 @@ impl Export {
         for segment in 0..recording.segments() {
             for frame in recording.recorded_frames(segment)? {
                 if frames == 0 {
-                    export.file.put(&map_message(&lanes, frame.stamp.sim_time_nanos))?;
+                    export.file.put(&Stamped::map(&lanes, frame.stamp.sim_time_nanos))?;
                 }
                 export.put(frame)?;
                 frames += 1;
@@ -125,22 +121,18 @@ impl Export {
         let hits = frame.collisions.iter().filter(|collision| collision.began != 0);
         events.extend(hits.map(|collision| (WARNING, collision_text(collision, &names))));
 
-        // Actors that are gone disappear.
-        let deletion = Message::new().message(1, &time).integer(2, 1);
-        let mut update = Message::new().message(1, &deletion);
+        let mut entities = Vec::new();
         let mut transforms = Message::new();
         for actor in &frame.actors {
             let space = format!("actor/{}", actor.actor_id.0);
             let world_from_actor = affine(&actor.pose);
             let edge = transform(&time, [WORLD, &space], &world_from_actor);
             transforms = transforms.message(1, &edge);
-            if let Some(entity) = self.entity(&time, actor, &names[&actor.actor_id]) {
-                update = update.message(2, &entity);
-            }
+            entities.extend(self.entity(&time, actor, &names[&actor.actor_id]));
         }
         self.there = names;
         let mut messages = vec![("/tf", "foxglove.FrameTransforms", transforms)];
-        messages.push(("/actors", "foxglove.SceneUpdate", update));
+        messages.push(("/actors", "foxglove.SceneUpdate", scene(&time, entities)));
         messages.extend(events.iter().map(|(level, text)| {
             let log = Message::new().message(1, &time).integer(2, *level);
             ("/events", "foxglove.Log", log.text(3, text).text(4, "omnibus"))
@@ -182,13 +174,7 @@ impl Export {
 
 /// Returns the colour of a box: that of the phase of a traffic light, else that of the class.
 fn color(actor: &ActorState, made: &town::Blueprint) -> [u8; 3] {
-    match (actor.kind, actor.phase) {
-        (kind::TRAFFIC_LIGHT, light::RED) => [220, 40, 30],
-        (kind::TRAFFIC_LIGHT, light::YELLOW) => [240, 200, 40],
-        (kind::TRAFFIC_LIGHT, light::GREEN) => [40, 200, 80],
-        (kind::TRAFFIC_LIGHT, _) => [90; 3],
-        _ => made.tag.color(),
-    }
+    if actor.kind == kind::TRAFFIC_LIGHT { light_color(actor.phase) } else { made.tag.color() }
 }
 
 fn collision_text(collision: &Collision, names: &BTreeMap<ActorId, String>) -> String {

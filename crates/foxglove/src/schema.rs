@@ -1,89 +1,11 @@
-//! Messages of Foxglove's schemas in protobuf, and the description of these schemas.
+//! The description of Foxglove's schemas.
 //!
 //! Source: <https://github.com/foxglove/foxglove-sdk/tree/main/schemas/proto>. The description holds
 //! the messages that are written and all that they can contain, so that a reader finds every field.
 
 use Type::{Boolean, Bytes, Double, Enum, Fixed32, Message as Of, Text};
 
-/// A message in protobuf's binary form.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Message(pub(crate) Vec<u8>);
-
-impl Message {
-    /// Returns an empty message.
-    pub(crate) fn new() -> Message {
-        Message::default()
-    }
-
-    fn varint(&mut self, mut value: u64) {
-        while value > 0x7f {
-            self.0.push(value as u8 | 0x80);
-            value >>= 7;
-        }
-        self.0.push(value as u8);
-    }
-
-    fn key(&mut self, field: u32, wire_type: u32) {
-        self.varint(u64::from(field << 3 | wire_type));
-    }
-
-    /// Appends an integer, a Boolean or a value of an enumeration.
-    pub(crate) fn integer(mut self, field: u32, value: u64) -> Message {
-        self.key(field, 0);
-        self.varint(value);
-        self
-    }
-
-    /// Appends a number.
-    pub(crate) fn double(mut self, field: u32, value: f64) -> Message {
-        self.key(field, 1);
-        self.0.extend(value.to_le_bytes());
-        self
-    }
-
-    /// Appends a list of numbers.
-    pub(crate) fn doubles(self, field: u32, values: &[f64]) -> Message {
-        let bytes: Vec<u8> = values.iter().flat_map(|value| value.to_le_bytes()).collect();
-        self.bytes(field, &bytes)
-    }
-
-    /// Appends an integer of four bytes.
-    pub(crate) fn fixed32(mut self, field: u32, value: u32) -> Message {
-        self.key(field, 5);
-        self.0.extend(value.to_le_bytes());
-        self
-    }
-
-    /// Appends bytes.
-    pub(crate) fn bytes(mut self, field: u32, bytes: &[u8]) -> Message {
-        self.begin_bytes(field, bytes.len()).extend_from_slice(bytes);
-        self
-    }
-
-    /// Appends the head of a field of this many bytes, and returns where they go. Large data are
-    /// put together there, without a copy.
-    pub(crate) fn begin_bytes(&mut self, field: u32, len: usize) -> &mut Vec<u8> {
-        self.key(field, 2);
-        self.varint(len as u64);
-        self.0.reserve_exact(len);
-        &mut self.0
-    }
-
-    /// Appends a text.
-    pub(crate) fn text(self, field: u32, text: &str) -> Message {
-        self.bytes(field, text.as_bytes())
-    }
-
-    /// Appends a message, one of several for a repeated field.
-    pub(crate) fn message(self, field: u32, message: &Message) -> Message {
-        self.bytes(field, &message.0)
-    }
-}
-
-/// Returns `google.protobuf.Timestamp`.
-pub(crate) fn timestamp(nanos: u64) -> Message {
-    Message::new().integer(1, nanos / 1_000_000_000).integer(2, nanos % 1_000_000_000)
-}
+use crate::message::Message;
 
 /// The type of a field.
 #[derive(Clone, Copy, PartialEq)]
@@ -339,7 +261,8 @@ const ENUMS: &[(&str, &str, &[&str])] = &[
 ///
 /// Source of the numbers:
 /// <https://github.com/protocolbuffers/protobuf/blob/main/src/google/protobuf/descriptor.proto>.
-pub(crate) fn descriptor() -> Vec<u8> {
+#[must_use]
+pub fn descriptor() -> Vec<u8> {
     let time = |name: &str, message: &str| {
         let field = |name: &str, number, kind| {
             let field = Message::new().text(1, name).integer(3, number);
@@ -393,19 +316,4 @@ fn message_descriptor(name: &str, fields: &[Field]) -> Message {
         described = described.message(4, &entry);
     }
     described
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The examples of <https://protobuf.dev/programming-guides/encoding/>.
-    #[test]
-    fn messages_have_the_bytes_of_the_published_examples() {
-        assert_eq!(Message::new().integer(1, 150).0, [0x08, 0x96, 0x01]);
-        let text = [0x12, 0x07, 0x74, 0x65, 0x73, 0x74, 0x69, 0x6e, 0x67];
-        assert_eq!(Message::new().text(2, "testing").0, text);
-        let inner = Message::new().integer(1, 150);
-        assert_eq!(Message::new().message(3, &inner).0, [0x1a, 0x03, 0x08, 0x96, 0x01]);
-    }
 }
