@@ -27,6 +27,7 @@ mod faults;
 mod flood;
 mod fork;
 mod formats;
+mod foxglove;
 mod full;
 mod generated;
 mod hide;

@@ -40,7 +40,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("ros2", &["client-lib"]),
     ("foxglove", &[]),
-    ("view", &["client-lib"]),
+    ("view", &["client-lib", "foxglove"]),
     (
         "environment",
         &[

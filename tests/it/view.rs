@@ -31,19 +31,19 @@ const POINTS: u32 = 2;
 const MAP: u32 = 3;
 
 /// A running `omnibus view`.
-struct Viewer {
+pub(crate) struct Viewer {
     child: Child,
     /// `127.0.0.1:PORT`.
     host: String,
 }
 
 impl Viewer {
-    fn start(sim: &Sim) -> Viewer {
+    pub(crate) fn start(sim: &Sim) -> Viewer {
         Viewer::of(&["--name", sim.instance().id()])
     }
 
     /// Starts the viewer of a recording or a data set.
-    fn of(args: &[&str]) -> Viewer {
+    pub(crate) fn of(args: &[&str]) -> Viewer {
         let mut command = omnibus();
         command.args(["view", "--port", "0", "--no-open"]).args(args);
         let mut child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
@@ -81,7 +81,17 @@ impl Viewer {
         opened.map(|(socket, _)| socket)
     }
 
-    fn page(&self) -> Page {
+    /// Returns `127.0.0.1:PORT`.
+    pub(crate) fn host(&self) -> &str {
+        &self.host
+    }
+
+    /// Returns the id of the process.
+    pub(crate) fn pid(&self) -> u32 {
+        self.child.id()
+    }
+
+    pub(crate) fn page(&self) -> Page {
         let socket = self.socket(&format!("http://{}", self.host)).unwrap();
         Page { socket, state: Value::Null, newest: (0, Vec::new()) }
     }
@@ -94,7 +104,7 @@ impl Viewer {
         (self.child.wait().unwrap().success(), said)
     }
 
-    fn end(self) {
+    pub(crate) fn end(self) {
         kill(self.child.id(), Signal::INT);
         let (is_good, said) = self.wait();
         assert!(is_good && said.is_empty(), "{said}");
@@ -102,7 +112,7 @@ impl Viewer {
 }
 
 /// An open page that acknowledges what it receives.
-struct Page {
+pub(crate) struct Page {
     socket: WebSocket<TcpStream>,
     /// The newest state.
     state: Value,
@@ -171,7 +181,7 @@ impl Page {
     }
 
     /// Sends a request that is carried out; returns the actor that it made.
-    fn done(&mut self, message: &Value) -> Value {
+    pub(crate) fn done(&mut self, message: &Value) -> Value {
         let reply = self.request(message);
         assert_eq!(reply["type"], "done", "{reply}");
         reply["id"].clone()
@@ -464,7 +474,7 @@ fn a_page_stops_the_world_s_own_clock_and_lets_it_run_on() {
 }
 
 /// Records a few vehicles for three seconds.
-fn recorded(scratch: &Scratch, profile: &str) -> String {
+pub(crate) fn recorded(scratch: &Scratch, profile: &str) -> String {
     let file = scratch.path().join(format!("{profile}.mcap")).to_str().unwrap().to_owned();
     let args =
         ["record", "--map", small_map(), "--vehicles", "6", "--frames", "60", "--out", &file];
@@ -551,7 +561,7 @@ fn a_recording_is_shown_where_the_page_wants_it() {
 }
 
 /// Collects two scenes of three frames.
-fn collected(scratch: &Scratch) -> PathBuf {
+pub(crate) fn collected(scratch: &Scratch) -> PathBuf {
     let dir = scratch.path().join("scenes");
     for (scene, seed) in [("scene-0000", "1"), ("scene-0001", "2")] {
         let output = omnibus()

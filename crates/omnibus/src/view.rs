@@ -1,4 +1,5 @@
-//! `omnibus view`: a running simulator, a recording or a data set in a browser.
+//! `omnibus view`: a running simulator, a recording or a data set in a browser; the first two also in
+//! Foxglove.
 
 use std::{
     net::{IpAddr, Ipv4Addr, SocketAddr},
@@ -15,6 +16,8 @@ use protocol::Settings;
 use view::{Ended, Source, ViewOptions, Viewer};
 
 use crate::{
+    collect::map_lines::LaneMap,
+    export::map_scene::map_scene,
     replay::{self, TemporaryFile},
     run::{BackgroundHost, stop_on_signals},
     saved::existing_recording,
@@ -33,7 +36,8 @@ pub(crate) struct ViewArgs {
     /// Recordings: the tracer: auto, cpu, gpu:N, or null
     #[arg(long, default_value = "auto", requires = "path")]
     device: String,
-    /// The port of the page; 0: any that is free
+    /// The port of the page and of the Foxglove WebSocket, ws://127.0.0.1:PORT/foxglove; 0: any that is
+    /// free
     #[arg(long, default_value_t = 7878)]
     port: u16,
     /// The address to listen on; there is no password: whoever reaches the port sees the cameras,
@@ -114,7 +118,8 @@ impl RecordedWorld {
 /// Serves the page until Ctrl-C, SIGTERM, or the end of the simulator.
 fn serve(args: &ViewArgs, source: Source) -> anyhow::Result<Ended> {
     let stop = stop_on_signals()?;
-    let options = ViewOptions { source, listen: args.listen, port: args.port };
+    let map_scene = |network: &_, nanos| map_scene(&LaneMap::new(network, &[], &[]), nanos);
+    let options = ViewOptions { source, listen: args.listen, port: args.port, map_scene };
     let viewer = Viewer::start(&options)?;
     let address = viewer.address();
     let shown = match &args.path {
@@ -122,7 +127,13 @@ fn serve(args: &ViewArgs, source: Source) -> anyhow::Result<Ended> {
         None => format!("simulator {:?}", viewer.instance().unwrap_or_default()),
     };
     let url = url(address);
-    print_line!("{shown} is shown at {url}; Ctrl-C ends");
+    let stream = match &options.source {
+        Source::DataSet(_) => String::new(),
+        _ => {
+            format!(", and to Foxglove and Lichtblick at {}foxglove", url.replacen("http", "ws", 1))
+        }
+    };
+    print_line!("{shown} is shown at {url}{stream}; Ctrl-C ends");
     if !args.listen.is_loopback() {
         eprintln!(
             "omnibus: port {} is open to other machines and has no password: whoever reaches it sees \

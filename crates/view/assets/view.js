@@ -14,6 +14,8 @@ let state = null, isNew = false, seeking = null, sought = -1e9;
 const say = (text) => { at("message").textContent = text; };
 const send = (message) => connection.send(message);
 
+at("foxglove").textContent = `ws://${location.host}/foxglove`;
+
 const map = new MapView(at("map"), (id) => send({ type: "select", id }));
 const connection = new Connection({ text: read, binary: take, closed });
 const tiles = new Tiles(at("tiles"), connection);
@@ -33,7 +35,7 @@ function read(message) {
     at("blueprint").value = "vehicle.tesla.model3";
     const isStored = message.source === "data_set";
     weather.canChange = !isStored;
-    at("timeline").hidden = isStored;
+    at("timeline").hidden = at("foxglove").parentElement.hidden = isStored;
     map.path = [];
     tiles.begin(message.tag_colors, isStored ? message.sensors : null);
   } else if (message.type === "path") {

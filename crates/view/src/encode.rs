@@ -1,6 +1,6 @@
 //! Measurements as bytes for a page: JPEG images and points of 8 bytes.
 
-use client_lib::{DEPTH_FAR_M, Measurement, Tag};
+use client_lib::{DEPTH_FAR_M, Image, Measurement, Tag};
 use jpeg_encoder::{ColorType, Encoder, EncodingError};
 
 use crate::{
@@ -25,11 +25,13 @@ pub(crate) fn message(
     channel: u32,
 ) -> Result<Option<Vec<u8>>, EncodingError> {
     let frame = measured.frame().0;
-    let jpeg = |size, pixels: &[u8], colors| jpeg((channel, frame), size, pixels, colors);
+    let jpeg = |size, pixels: &[u8], colors| {
+        jpeg(binary(kind::IMAGE, channel, frame), size, pixels, colors)
+    };
     let encoded = match output {
-        Output::Color => measured.color_image(sensor).map(|image| {
-            jpeg([image.width, image.height], image.data.as_flattened(), ColorType::Rgba)
-        }),
+        Output::Color => measured
+            .color_image(sensor)
+            .map(|image| color(binary(kind::IMAGE, channel, frame), &image)),
         Output::Depth => measured
             .depth_image(sensor)
             .map(|image| jpeg([image.width, image.height], &greys(image.data), ColorType::Luma)),
@@ -56,29 +58,46 @@ pub(crate) fn stored(
     channel: u32,
     frame: u64,
 ) -> Result<Vec<u8>, EncodingError> {
-    let at = (channel, frame);
+    let head = || binary(kind::IMAGE, channel, frame);
     match measured {
         Measured::Color(file) => {
-            let mut bytes = binary(kind::IMAGE, channel, frame);
+            let mut bytes = head();
             bytes.extend(file);
             Ok(bytes)
         }
-        Measured::Depth { size, depths_m } => jpeg(at, *size, &greys(depths_m), ColorType::Luma),
-        Measured::Tags { size, codes } => jpeg(at, *size, &tag_colors(codes), ColorType::Rgb),
-        Measured::Instances { size, ids } => jpeg(at, *size, &instance_colors(ids), ColorType::Rgb),
+        Measured::Depth { size, depths_m } => {
+            jpeg(head(), *size, &greys(depths_m), ColorType::Luma)
+        }
+        Measured::Tags { size, codes } => jpeg(head(), *size, &tag_colors(codes), ColorType::Rgb),
+        Measured::Instances { size, ids } => {
+            jpeg(head(), *size, &instance_colors(ids), ColorType::Rgb)
+        }
         Measured::Points { points: cloud, labels } => {
             Ok(points(binary(kind::POINTS, channel, frame), cloud, labels))
         }
     }
 }
 
+/// Returns a colour image as a JPEG file.
+///
+/// # Errors
+///
+/// [`EncodingError`] if the image is too large for JPEG.
+pub(crate) fn color_jpeg(image: &Image<[u8; 4]>) -> Result<Vec<u8>, EncodingError> {
+    color(Vec::new(), image)
+}
+
+fn color(head: Vec<u8>, image: &Image<[u8; 4]>) -> Result<Vec<u8>, EncodingError> {
+    jpeg(head, [image.width, image.height], image.data.as_flattened(), ColorType::Rgba)
+}
+
+/// Appends a JPEG file.
 fn jpeg(
-    (channel, frame): (u32, u64),
+    mut bytes: Vec<u8>,
     [width, height]: [u32; 2],
     pixels: &[u8],
     colors: ColorType,
 ) -> Result<Vec<u8>, EncodingError> {
-    let mut bytes = binary(kind::IMAGE, channel, frame);
     let encoder = Encoder::new(&mut bytes, QUALITY);
     encoder.encode(pixels, width as u16, height as u16, colors).map(|()| bytes)
 }

@@ -4,8 +4,20 @@
 //! cannot set, tell them apart: `Origin` names the site of the page (a WebSocket always has it), and
 //! `Host` the name that the browser resolved. A site that lets its own name resolve to 127.0.0.1 (DNS
 //! rebinding) has that name as both; a numeric address and `localhost` cannot be rebound.
+//!
+//! The Foxglove WebSocket only reads. It also answers Foxglove's own site, desktop programs, whose pages
+//! are files, and sites that this machine serves, as a Lichtblick in a container.
 
 use std::net::IpAddr;
+
+/// Which pages may use an address, beside programs, which have no `Origin`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Pages {
+    /// The viewer's own.
+    Own,
+    /// Also those of Foxglove and Lichtblick.
+    Foxglove,
+}
 
 /// Checks the `Host` and `Origin` of a request to a server that listens on `listen`; a request may
 /// lack `Origin`, as those of programs do.
@@ -17,6 +29,7 @@ pub(crate) fn check(
     listen: IpAddr,
     host: Option<&str>,
     origin: Option<&str>,
+    pages: Pages,
 ) -> Result<(), String> {
     let host = host.ok_or("the request has no Host; use HTTP/1.1")?;
     let name = name_of(host);
@@ -30,10 +43,26 @@ pub(crate) fn check(
         ));
     }
     match origin {
-        Some(origin) if !origin.eq_ignore_ascii_case(&format!("http://{host}")) => Err(format!(
+        None => Ok(()),
+        Some(origin) if origin.eq_ignore_ascii_case(&format!("http://{host}")) => Ok(()),
+        Some(origin) if pages == Pages::Foxglove && is_foxglove(origin) => Ok(()),
+        Some(origin) => Err(format!(
             "Origin {origin:?} is refused: only the page of http://{host} may use this server"
         )),
-        _ => Ok(()),
+    }
+}
+
+/// Whether Foxglove or Lichtblick may have this origin.
+fn is_foxglove(origin: &str) -> bool {
+    let origin = origin.to_ascii_lowercase();
+    let Some((scheme, host)) = origin.split_once("://") else { return false };
+    let name = name_of(host);
+    let is_loopback = name.parse::<IpAddr>().is_ok_and(|address| address.is_loopback());
+    match scheme {
+        "file" => true,
+        "http" | "https" if name == "localhost" || is_loopback => true,
+        "https" => name == "foxglove.dev" || name.ends_with(".foxglove.dev"),
+        _ => false,
     }
 }
 
@@ -73,8 +102,32 @@ mod tests {
             (all, Some("workstation:7878"), None, false),
         ];
         for (listen, host, origin, is_served) in cases {
-            let checked = check(listen, host, origin);
+            let checked = check(listen, host, origin, Pages::Own);
             assert_eq!(checked.is_ok(), is_served, "{listen} {host:?} {origin:?}: {checked:?}");
         }
+    }
+
+    #[test]
+    fn foxglove_s_own_pages_may_use_its_address_and_other_sites_may_not() {
+        let local = IpAddr::from(Ipv4Addr::LOCALHOST);
+        for (origin, is_served) in [
+            ("https://app.foxglove.dev", true),
+            ("file://", true),
+            ("http://localhost:8080", true),
+            ("http://127.0.0.1:8080", true),
+            ("http://[::1]:8080", true),
+            ("http://app.foxglove.dev", false),
+            ("https://foxglove.dev.evil.example", false),
+            ("https://evilfoxglove.dev", false),
+            ("http://localhost.evil.example", false),
+            ("https://evil.example", false),
+            ("null", false),
+        ] {
+            let checked = check(local, Some("localhost:7878"), Some(origin), Pages::Foxglove);
+            assert_eq!(checked.is_ok(), is_served, "{origin}");
+            assert!(check(local, Some("localhost:7878"), Some(origin), Pages::Own).is_err());
+        }
+        let rebound = check(local, Some("evil.example:7878"), Some("file://"), Pages::Foxglove);
+        assert!(rebound.is_err());
     }
 }

@@ -9,6 +9,8 @@
 //!  simulator ◀──controls, commands─────── page thread ◀──requests, acknowledgements──────── socket ◀── page
 //! ```
 //!
+//! `/foxglove` is for viewers that speak the Foxglove WebSocket protocol; see `stream`.
+//!
 //! A recording is shown by a simulator that replays it; the pages share its time. A data set has no
 //! simulator: a page's thread reads frames through the trait [`DataSet`].
 //!
@@ -30,6 +32,7 @@ mod player;
 mod server;
 mod state;
 mod stored_page;
+mod stream;
 mod tiles;
 mod time_control;
 
@@ -39,3 +42,4 @@ pub use data_set::{
 pub use error::ViewError;
 pub use player::Recording;
 pub use server::{Ended, Source, ViewOptions, Viewer};
+pub use stream::MapScene;

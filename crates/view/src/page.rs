@@ -2,7 +2,7 @@
 
 use std::{
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
         mpsc::{Receiver, RecvTimeoutError},
     },
@@ -21,7 +21,7 @@ use crate::{
     map,
     message::{Pedals, Reply, Request, STATE_CHANNEL, SpawnRequest},
     outbox::Outbox,
-    player::Player,
+    player::{Player, locked},
     state::{Own, State},
     tiles::Tiles,
     time_control::TimeControl,
@@ -350,11 +350,6 @@ impl Page {
         // If the simulator has ended, nothing is left to be done.
         let _ = self.time.release(&mut self.client);
     }
-}
-
-/// A page whose thread has panicked leaves a player that can be used.
-fn locked(player: &Mutex<Player>) -> MutexGuard<'_, Player> {
-    player.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Returns the text of an error that concerns one request only.

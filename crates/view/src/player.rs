@@ -2,6 +2,7 @@
 
 use std::{
     path::PathBuf,
+    sync::{Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -171,4 +172,9 @@ impl Player {
         self.aim = (before < at).then(|| (at, Instant::now()));
         Ok(())
     }
+}
+
+/// Returns the player: a thread that has panicked leaves one that can be used.
+pub(crate) fn locked(player: &Mutex<Player>) -> MutexGuard<'_, Player> {
+    player.lock().unwrap_or_else(PoisonError::into_inner)
 }

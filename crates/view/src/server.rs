@@ -29,19 +29,22 @@ use tokio::{net::TcpListener, runtime, sync::mpsc, time};
 use crate::{
     ViewError, assets,
     data_set::DataSet,
-    guard,
+    guard::{self, Pages},
     outbox::Outbox,
     page::Page,
     player::{Player, Recording},
     stored_page::StoredPage,
+    stream::{MapScene, Queue, Received, SUBPROTOCOLS, Stream},
 };
 
-/// Pages that are open at a time; each is a client of the simulator, which has 32 places.
+/// Pages and Foxglove connections that are open at a time; each is a client of the simulator, which has 32 places.
 const PAGES_MAX: usize = 4;
 /// Messages between a socket and its page thread, in each direction.
 const QUEUE: usize = 64;
 /// The longest request of a page in bytes.
 const REQUEST_BYTES_MAX: usize = 64 << 10;
+/// The path of the Foxglove WebSocket.
+const FOXGLOVE: &str = "/foxglove";
 /// How long a wait lasts before the server looks whether it is to end.
 const LOOK_EVERY: Duration = Duration::from_millis(50);
 /// No frame is later: a wait for one ends with the simulator.
@@ -71,6 +74,8 @@ pub struct ViewOptions {
     pub listen: IpAddr,
     /// The port; 0: any that is free.
     pub port: u16,
+    /// Draws the map for Foxglove.
+    pub map_scene: MapScene,
 }
 
 /// Why a viewer has ended.
@@ -96,6 +101,7 @@ pub struct Viewer {
 /// What all pages share.
 struct Shared {
     shown: Shown,
+    map_scene: MapScene,
     listen: IpAddr,
     stop: AtomicBool,
     /// The threads of pages.
@@ -117,6 +123,25 @@ enum Shown {
 impl Shared {
     fn threads(&self) -> MutexGuard<'_, Vec<JoinHandle<()>>> {
         self.threads.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Starts the thread of a socket; returns the response if there is none.
+    fn spawn(
+        &self,
+        name: &str,
+        serve: impl FnOnce() + Send + 'static,
+    ) -> Result<(), Box<Response<Body>>> {
+        let thread = std::thread::Builder::new().name(name.to_owned()).spawn(serve);
+        let mut threads = self.threads();
+        threads.retain(|thread| !thread.is_finished());
+        match thread {
+            Ok(thread) => threads.push(thread),
+            Err(e) => {
+                let why = format!("thread: {e}\n");
+                return Err(Box::new(assets::text(StatusCode::SERVICE_UNAVAILABLE, why)));
+            }
+        }
+        Ok(())
     }
 }
 
@@ -153,6 +178,7 @@ impl Viewer {
         };
         let shared = Arc::new(Shared {
             shown,
+            map_scene: options.map_scene,
             listen: options.listen,
             stop: AtomicBool::new(false),
             threads: Mutex::default(),
@@ -186,6 +212,7 @@ impl Viewer {
         let shared = Arc::clone(&self.shared);
         let router = Router::new()
             .route("/socket", get(open_page))
+            .route(FOXGLOVE, get(open_stream))
             .fallback(any(|request: Request| async move { assets::response(request.uri().path()) }))
             .layer(middleware::from_fn_with_state(Arc::clone(&shared), check))
             .with_state(Arc::clone(&shared));
@@ -226,7 +253,8 @@ impl Viewer {
 async fn check(State(shared): State<Arc<Shared>>, request: Request, next: Next) -> Response<Body> {
     let checked = {
         let header = |name| text_of(request.headers(), name);
-        guard::check(shared.listen, header(header::HOST), header(header::ORIGIN))
+        let pages = if request.uri().path() == FOXGLOVE { Pages::Foxglove } else { Pages::Own };
+        guard::check(shared.listen, header(header::HOST), header(header::ORIGIN), pages)
     };
     match checked {
         Ok(()) => next.run(request).await,
@@ -259,10 +287,7 @@ impl Drop for OpenSocket {
 
 /// Opens the WebSocket of a page, with a client of the simulator and a thread of its own.
 async fn open_page(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade) -> Response<Body> {
-    let Some(open) = OpenSocket::count(&shared) else {
-        let why = format!("{PAGES_MAX} pages are open; close one\n");
-        return assets::text(StatusCode::SERVICE_UNAVAILABLE, why);
-    };
+    let Some(open) = OpenSocket::count(&shared) else { return full() };
     let (requests, received) = sync_channel(QUEUE);
     let (outbox, messages) = mpsc::channel(QUEUE);
     let outbox = Outbox::new(outbox);
@@ -279,18 +304,58 @@ async fn open_page(State(shared): State<Arc<Shared>>, upgrade: WebSocketUpgrade)
             },
         }
     };
-    let thread = std::thread::Builder::new().name("view-page".to_owned()).spawn(serve);
-    let mut threads = shared.threads();
-    threads.retain(|thread| !thread.is_finished());
-    match thread {
-        Ok(thread) => threads.push(thread),
-        Err(e) => return assets::text(StatusCode::SERVICE_UNAVAILABLE, format!("thread: {e}\n")),
+    if let Err(refusal) = shared.spawn("view-page", serve) {
+        return *refusal;
     }
-    drop(threads);
     upgrade
         .max_message_size(REQUEST_BYTES_MAX)
         .on_upgrade(move |socket| carry(socket, requests, messages, open))
         .into_response()
+}
+
+/// Opens the Foxglove WebSocket, with a client of the simulator and a thread of its own.
+async fn open_stream(
+    State(shared): State<Arc<Shared>>,
+    upgrade: WebSocketUpgrade,
+) -> Response<Body> {
+    let upgrade = upgrade.protocols(SUBPROTOCOLS);
+    if upgrade.selected_protocol().is_none() {
+        let why = format!("offer one of the subprotocols {}\n", SUBPROTOCOLS.join(", "));
+        return assets::text(StatusCode::BAD_REQUEST, why);
+    }
+    let Some(open) = OpenSocket::count(&shared) else { return full() };
+    let (requests, received) = sync_channel(QUEUE);
+    let queue = Arc::new(Queue::default());
+    let serve = {
+        let (shared, queue) = (Arc::clone(&shared), Arc::clone(&queue));
+        move || match &shared.shown {
+            Shown::DataSet(_) => Stream::refuse_all(&queue, NO_DATA_SET),
+            Shown::Simulator { instance, player } => match connect(instance) {
+                Ok(client) => {
+                    let (player, stop) = (player.clone(), &shared.stop);
+                    Stream::serve(client, player, shared.map_scene, &received, &queue, stop);
+                }
+                Err(e) => Stream::refuse_all(&queue, &e.to_string()),
+            },
+        }
+    };
+    if let Err(refusal) = shared.spawn("view-foxglove", serve) {
+        return *refusal;
+    }
+    upgrade
+        .max_message_size(REQUEST_BYTES_MAX)
+        .on_upgrade(move |socket| carry_stream(socket, requests, queue, open))
+        .into_response()
+}
+
+/// Why a data set is not served to Foxglove.
+const NO_DATA_SET: &str = "a data set is not sent live; omnibus export DIR --format mcap makes a file of \
+                           it that Foxglove opens";
+
+/// Says that as many sockets are open as may be.
+fn full() -> Response<Body> {
+    let why = format!("{PAGES_MAX} pages are open; close one\n");
+    assets::text(StatusCode::SERVICE_UNAVAILABLE, why)
 }
 
 fn connect(instance: &str) -> Result<Client, ClientError> {
@@ -316,14 +381,45 @@ async fn carry(
             request = socket.recv() => {
                 let Some(Ok(request)) = request else { return };
                 let Message::Text(text) = request else { continue };
-                let mut text = text.as_str().to_owned();
-                // The page thread is busy: the page waits.
-                while let Err(TrySendError::Full(back)) = requests.try_send(text) {
-                    text = back;
-                    time::sleep(Duration::from_millis(5)).await;
+                pass_on(&requests, text.as_str().to_owned()).await;
+            }
+        }
+    }
+    let _ = socket.send(Message::Close(None)).await;
+}
+
+/// Carries messages between a Foxglove WebSocket and its thread until one of them ends.
+async fn carry_stream(
+    mut socket: WebSocket,
+    requests: SyncSender<Received>,
+    queue: Arc<Queue>,
+    _open: OpenSocket,
+) {
+    loop {
+        tokio::select! {
+            message = queue.next() => match message {
+                Some(message) => if socket.send(message).await.is_err() { return },
+                None => break,
+            },
+            request = socket.recv() => {
+                let Some(Ok(request)) = request else { return };
+                match request {
+                    Message::Text(text) => {
+                        pass_on(&requests, Received::Text(text.as_str().to_owned())).await;
+                    }
+                    Message::Binary(_) => pass_on(&requests, Received::Binary).await,
+                    _ => {}
                 }
             }
         }
     }
     let _ = socket.send(Message::Close(None)).await;
+}
+
+/// Passes a request on to a thread; if that is busy, the socket waits.
+async fn pass_on<T>(requests: &SyncSender<T>, mut request: T) {
+    while let Err(TrySendError::Full(back)) = requests.try_send(request) {
+        request = back;
+        time::sleep(Duration::from_millis(5)).await;
+    }
 }

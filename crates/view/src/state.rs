@@ -105,10 +105,10 @@ struct Driving {
 
 /// When the parts of a complete frame took place, in milliseconds since its first instant.
 #[derive(Debug, Serialize)]
-struct Timeline {
-    frame: u64,
+pub(crate) struct Timeline {
+    pub(crate) frame: u64,
     /// Stage, part, begin, end.
-    parts: Vec<(&'static str, &'static str, f64, f64)>,
+    pub(crate) parts: Vec<(&'static str, &'static str, f64, f64)>,
 }
 
 impl<'a> State<'a> {
@@ -289,7 +289,7 @@ fn name_of_phase(phase: LightPhase) -> &'static str {
 
 /// Returns the timeline of the newest frame that was rendered, or of the newest that is complete if
 /// none was: an asynchronous world completes frames before they are rendered, and skips some.
-fn timeline(client: &Client, newest: Frame) -> Option<Timeline> {
+pub(crate) fn timeline(client: &Client, newest: Frame) -> Option<Timeline> {
     let frames = (0..LOOK_BACK).map_while(|age| newest.0.checked_sub(age));
     let clocks: Vec<_> = frames.map(|frame| client.stage_clock(Frame(frame))).collect();
     let rendered = clocks.iter().find(|clock| clock.delivered_nanos.is_some());

@@ -21,8 +21,8 @@ const SIZE_MAX: [u32; 2] = [1920, 1080];
 const LIDAR_SIZE_MAX: [u32; 2] = [2048, 128];
 /// Elevations of the lidar's lowest and highest channel, degrees, and its range in metres: those of
 /// the lidar of `omnibus collect`.
-const LIDAR_ELEVATIONS_DEG: [f32; 2] = [-30.0, 10.0];
-const LIDAR_RANGE_M: f32 = 100.0;
+pub(crate) const LIDAR_ELEVATIONS_DEG: [f32; 2] = [-30.0, 10.0];
+pub(crate) const LIDAR_RANGE_M: f32 = 100.0;
 /// Measurements that are held at a time: the newest, the one that takes its place, and a still newer one
 /// that has arrived meanwhile.
 const BORROWED_MAX: u32 = 3;
