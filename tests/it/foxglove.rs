@@ -25,7 +25,7 @@ use tungstenite::{Message, WebSocket, client::IntoClientRequest, http::HeaderVal
 
 use crate::{
     carla::environment,
-    kit::{Scratch, Sim, eventually, note_skipped, resident_bytes, thread},
+    kit::{Scratch, Sim, eventually, note_skipped, open_files, resident_bytes, thread},
     view::{Viewer, collected, recorded},
 };
 
@@ -435,6 +435,47 @@ fn a_foxglove_client_that_reads_nothing_holds_up_no_frame_and_is_told_what_it_mi
         assert!(!socket.message_of(IMAGE).is_empty());
     }
     drop((ticking.end(), other, socket));
+    viewer.end();
+    sim.end();
+}
+
+/// Returns how many threads of a process have a name.
+fn count_of(pid: u32, name: &str) -> usize {
+    let tasks = std::fs::read_dir(format!("/proc/{pid}/task")).unwrap();
+    let comm = |task: std::io::Result<std::fs::DirEntry>| {
+        std::fs::read_to_string(task.ok()?.path().join("comm")).ok()
+    };
+    tasks.filter_map(comm).filter(|own| own.trim_end() == name).count()
+}
+
+#[test]
+fn a_foxglove_client_that_leaves_frees_its_thread_its_files_and_its_sensors() {
+    let sim = Sim::start(&[]);
+    let viewer = Viewer::start(&sim);
+    let mut client = sim.ticker();
+    let place = client.spawn_points().unwrap()[0];
+    client.spawn(Spawn::new("vehicle.tesla.model3", place)).unwrap();
+    let ticking = ticking(client);
+    let mut before = None;
+    for round in 0..6 {
+        let mut socket = Socket::of(&viewer);
+        socket.subscribe(&[IMAGE, POINTS]);
+        assert!(!socket.message_of(POINTS).is_empty());
+        if round % 2 == 0 {
+            // Without a farewell, else with one.
+            drop(socket);
+        } else {
+            socket.0.close(None).unwrap();
+        }
+        eventually("an end of the thread", || count_of(viewer.pid(), "view-foxglove") == 0);
+        // The first round opens what stays open.
+        let files = || open_files(viewer.pid());
+        let most = *before.get_or_insert_with(files);
+        eventually("a close of its files", || files() <= most);
+    }
+    let mut client = ticking.end();
+    client.tick().unwrap();
+    drop(client);
     viewer.end();
     sim.end();
 }
