@@ -2,6 +2,8 @@
 
 use std::{
     cell::Cell,
+    io,
+    os::fd::OwnedFd,
     sync::{
         Arc,
         atomic::{AtomicBool, Ordering},
@@ -27,7 +29,7 @@ pub struct Participant {
     control: ControlPageMapping,
     slot: usize,
     strategy: Strategy,
-    host_gone: Arc<AtomicBool>,
+    host_watch: Arc<HostWatch>,
     in_process: bool,
 }
 
@@ -65,17 +67,15 @@ impl Participant {
                 ))
             })?,
         };
-        let host_gone = Arc::new(AtomicBool::new(false));
-        if !in_process {
-            watch_host(&control, Arc::clone(&host_gone))?;
-        }
+        let host_watch =
+            if in_process { HostWatch::default() } else { HostWatch::start(&control)? };
         let strategy = control.strategy();
         let participant = Participant {
             instance: instance.clone(),
             control,
             slot,
             strategy,
-            host_gone,
+            host_watch: Arc::new(host_watch),
             in_process,
         };
         participant.words().introduce(role, name, started);
@@ -298,12 +298,12 @@ impl Participant {
 
     /// Whether the host is shutting down or has ended.
     pub fn is_over(&self) -> bool {
-        self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
+        self.host_watch.is_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
 
     /// A handle for another thread, which waits for frames without receiving them.
     pub fn watch(&self) -> Watch {
-        Watch { control: self.control.clone(), host_gone: Arc::clone(&self.host_gone) }
+        Watch { control: self.control.clone(), host_watch: Arc::clone(&self.host_watch) }
     }
 
     /// The words of the slot.
@@ -341,7 +341,7 @@ impl Participant {
 #[derive(Clone)]
 pub struct Watch {
     control: ControlPageMapping,
-    host_gone: Arc<AtomicBool>,
+    host_watch: Arc<HostWatch>,
 }
 
 impl Watch {
@@ -356,7 +356,7 @@ impl Watch {
 
     /// Whether the host is shutting down or has ended.
     pub fn is_over(&self) -> bool {
-        self.host_gone.load(Ordering::Acquire) || self.control.is_ending()
+        self.host_watch.is_gone.load(Ordering::Acquire) || self.control.is_ending()
     }
 }
 
@@ -367,24 +367,43 @@ impl Drop for Participant {
     }
 }
 
-/// Starts a thread that sleeps until the host ends and then wakes every waiting thread.
-fn watch_host(control: &ControlPageMapping, gone: Arc<AtomicBool>) -> Result<(), BusError> {
-    let (pid, started) = control.host_process();
-    let Some(fd) = process::watch(pid, started) else {
-        return Err(BusError::Instance(format!("the host, process {pid}, has ended")));
-    };
-    let control = control.clone();
-    std::thread::Builder::new()
-        .name("host-watch".into())
-        .stack_size(64 * 1024)
-        .spawn(move || {
-            process::wait_for_end(&fd);
-            gone.store(true, Ordering::Release);
-            control.tick.notify_all();
-            control.complete.notify_all();
-        })
-        .map(drop)
-        .map_err(|e| {
+/// Thread that sleeps until the host ends and then wakes every waiting thread. Dropping it ends the
+/// thread.
+#[derive(Default)]
+struct HostWatch {
+    is_gone: Arc<AtomicBool>,
+    stop: Option<Arc<OwnedFd>>,
+}
+
+impl HostWatch {
+    fn start(control: &ControlPageMapping) -> Result<HostWatch, BusError> {
+        let (pid, started) = control.host_process();
+        let Some(fd) = process::watch(pid, started) else {
+            return Err(BusError::Instance(format!("the host, process {pid}, has ended")));
+        };
+        let fault = |e: io::Error| {
             BusError::Instance(format!("cannot start the thread that watches the host: {e}"))
-        })
+        };
+        let stop = Arc::new(process::signal().map_err(fault)?);
+        let is_gone = Arc::default();
+        let (control, signal, gone) = (control.clone(), Arc::clone(&stop), Arc::clone(&is_gone));
+        let watch = move || {
+            if process::wait_for_end_unless(&fd, &signal) {
+                AtomicBool::store(&gone, true, Ordering::Release);
+                control.tick.notify_all();
+                control.complete.notify_all();
+            }
+        };
+        let thread = std::thread::Builder::new().name("host-watch".into()).stack_size(64 * 1024);
+        thread.spawn(watch).map_err(fault)?;
+        Ok(HostWatch { is_gone, stop: Some(stop) })
+    }
+}
+
+impl Drop for HostWatch {
+    fn drop(&mut self) {
+        if let Some(stop) = &self.stop {
+            process::set(stop);
+        }
+    }
 }

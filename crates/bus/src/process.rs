@@ -1,9 +1,9 @@
 //! Identity and end of processes.
 
-use std::os::fd::OwnedFd;
+use std::{io, os::fd::OwnedFd};
 
 use rustix::{
-    event::{PollFd, PollFlags, poll},
+    event::{EventfdFlags, PollFd, PollFlags, eventfd, poll},
     process::{Pid, PidfdFlags, Resource, getrlimit, pidfd_open},
 };
 
@@ -59,6 +59,24 @@ pub fn is_running(watched: &OwnedFd) -> bool {
     let mut fds = [PollFd::new(watched, PollFlags::IN)];
     let now = rustix::fs::Timespec { tv_sec: 0, tv_nsec: 0 };
     matches!(poll(&mut fds, Some(&now)), Ok(0))
+}
+
+/// Returns a signal for [`wait_for_end_unless`].
+pub fn signal() -> io::Result<OwnedFd> {
+    Ok(eventfd(0, EventfdFlags::CLOEXEC)?)
+}
+
+/// Sets a signal.
+pub fn set(signal: &OwnedFd) {
+    // It fails only where the counter is full: the signal is set then.
+    let _ = rustix::io::write(signal, &1u64.to_ne_bytes());
+}
+
+/// Sleeps until the watched process has ended, and returns true, or until the signal is set.
+pub fn wait_for_end_unless(watched: &OwnedFd, signal: &OwnedFd) -> bool {
+    let mut fds = [PollFd::new(watched, PollFlags::IN), PollFd::new(signal, PollFlags::IN)];
+    while !matches!(poll(&mut fds, None), Ok(n) if n > 0) {}
+    fds[1].revents().is_empty()
 }
 
 /// Sleeps until the watched process has ended.

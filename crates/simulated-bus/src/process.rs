@@ -1,6 +1,6 @@
 //! Identity and end of simulated processes.
 
-use std::os::fd::OwnedFd;
+use std::{io, os::fd::OwnedFd};
 
 use crate::scheduler;
 
@@ -31,3 +31,16 @@ pub fn watch(_pid: u32, _started: u64) -> Option<OwnedFd> {
 
 /// Returns at once.
 pub fn wait_for_end(_watched: &OwnedFd) {}
+
+/// Simulated processes have no descriptors.
+pub fn signal() -> io::Result<OwnedFd> {
+    Err(io::ErrorKind::Unsupported.into())
+}
+
+/// Does nothing.
+pub fn set(_signal: &OwnedFd) {}
+
+/// Returns at once.
+pub fn wait_for_end_unless(_watched: &OwnedFd, _signal: &OwnedFd) -> bool {
+    false
+}
