@@ -40,6 +40,7 @@ mod sah_build;
 mod scene;
 mod simd;
 mod smooth;
+mod smooth_triangle;
 mod surface_material;
 mod surface_sample;
 mod tracer;

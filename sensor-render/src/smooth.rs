@@ -4,10 +4,6 @@ use std::collections::HashMap;
 
 use glam::Vec3;
 
-use crate::hit::NONE;
-use crate::scene::Scene;
-use crate::world::World;
-
 /// Normals at the three corners of a triangle in the space of its piece, octahedral, two signed 16-bit
 /// numbers each; and a zero.
 pub(crate) type CornerNormals = [u32; 4];
@@ -63,47 +59,6 @@ pub(crate) fn unpacked(word: u32) -> Vec3 {
     Vec3::new(x - fold.copysign(x), y - fold.copysign(y), z)
 }
 
-/// Plane coordinates and normals of a triangle of an actor, in world space.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct SmoothTriangle {
-    /// `for_u · (point − corner)` is the barycentric coordinate of the second corner, `for_v` that of the
-    /// third.
-    pub(crate) corner: Vec3,
-    pub(crate) for_u: Vec3,
-    pub(crate) for_v: Vec3,
-    /// Normals at the corners, not of unit length.
-    pub(crate) normals: [Vec3; 3],
-}
-
-impl SmoothTriangle {
-    /// Returns the triangle of an instance; `None` for those of the town, which are flat.
-    #[inline]
-    pub(crate) fn of(scene: &Scene, world: &World, triangle: u32, instance: u32) -> Option<Self> {
-        if instance == NONE {
-            return None;
-        }
-        let words = scene.smooth.get((triangle - scene.town_ends[2]) as usize)?;
-        let triangle = &scene.triangles[triangle as usize];
-        let [x, y, z] = world.instances[instance as usize].actor_from_world;
-        let rows = [x, y, z].map(|row| Vec3::new(row[0], row[1], row[2]));
-        let to_world = |v: Vec3| rows[0] * v.x + rows[1] * v.y + rows[2] * v.z;
-        let shift = Vec3::new(x[3], y[3], z[3]);
-        let [corner, edge1, edge2] =
-            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
-        let (d11, d12, d22) = (edge1.dot(edge1), edge1.dot(edge2), edge2.dot(edge2));
-        let inverse = 1.0 / (d11 * d22 - d12 * d12).max(1e-20);
-        Some(SmoothTriangle {
-            corner: to_world(corner - shift),
-            for_u: to_world((edge1 * d22 - edge2 * d12) * inverse),
-            for_v: to_world((edge2 * d11 - edge1 * d12) * inverse),
-            normals: [0, 1, 2].map(|at| {
-                let normal = unpacked(words[at]);
-                to_world(normal * (1.0 / normal.length_squared().max(1e-12).sqrt()))
-            }),
-        })
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -114,7 +69,7 @@ mod tests {
             let (turn, z) = (at as f32 * 2.399_963_2, at as f32 / 1000.0 - 0.999_5);
             let flat = (1.0 - z * z).sqrt();
             let normal = Vec3::new(flat * turn.cos(), flat * turn.sin(), z);
-            let back = unpacked(packed(normal)).normalize();
+            let back = unpacked(packed(normal)).normalize_or_zero();
             assert!(back.dot(normal) > 0.999_999, "{normal} {back}");
         }
     }
@@ -136,7 +91,7 @@ mod tests {
         for (triangle, words) in cylinder.iter().zip(corner_normals(&cylinder)) {
             for (corner, word) in triangle.iter().zip(words) {
                 let outward = corner.with_z(0.0);
-                assert!(unpacked(word).normalize().dot(outward) > 0.999);
+                assert!(unpacked(word).normalize_or_zero().dot(outward) > 0.999);
             }
         }
         // Two faces of a box keep their own normals at the edge.
@@ -144,7 +99,7 @@ mod tests {
         let fold = [[edge[0], edge[1], Vec3::Y], [edge[1], edge[0], Vec3::Z]];
         for (words, own) in corner_normals(&fold).iter().zip([Vec3::Z, Vec3::Y]) {
             for word in &words[..3] {
-                assert!(unpacked(*word).normalize().dot(own) > 0.999, "{own}");
+                assert!(unpacked(*word).normalize_or_zero().dot(own) > 0.999, "{own}");
             }
         }
     }

@@ -401,8 +401,8 @@ fn a_page_that_never_reads_neither_holds_up_a_frame_nor_another_page() {
 }
 
 /// Frames for which a page is open, and by how much the viewer's memory may grow meanwhile: a fraction of
-/// what it would keep if it kept each image of about 20 kB.
-const OPEN_FRAMES: u64 = 1500;
+/// what it would keep if it kept each image of about 6 kB.
+const OPEN_FRAMES: u64 = 2100;
 const OPEN_FRAMES_SOAK: u64 = 100_000;
 const GROWTH_MAX: u64 = 6 << 20;
 

@@ -18,11 +18,7 @@ mod subscriptions;
 mod thread;
 mod topics;
 
-use client_lib::road::Network;
-
 pub(crate) use protocol::SUBPROTOCOLS;
 pub(crate) use queue::Queue;
+pub use thread::MapScene;
 pub(crate) use thread::{Received, Stream};
-
-/// Draws a map at a simulated time in nanoseconds: `foxglove.SceneUpdate` of its lines.
-pub type MapScene = fn(&Network, u64) -> foxglove::Message;

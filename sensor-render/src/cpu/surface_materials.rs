@@ -4,7 +4,7 @@ use super::grain::noise;
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
-use crate::smooth::SmoothTriangle;
+use crate::smooth_triangle::SmoothTriangle;
 use crate::surface_material::SurfaceMaterial;
 use crate::world::World;
 

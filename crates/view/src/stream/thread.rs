@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use client_lib::{ActorId, Client, ClientError, Frame, Pose, Waiter};
+use client_lib::{ActorId, Client, ClientError, Frame, Pose, Waiter, road::Network};
 use foxglove::{Message, pose_in_frame, timestamp};
 use serde_json::{Value, json};
 
@@ -18,7 +18,6 @@ use crate::{
     player::{Player, locked},
     state::{Timeline, timeline},
     stream::{
-        MapScene,
         protocol::{self, Level, Request, status},
         queue::Queue,
         scene,
@@ -27,6 +26,9 @@ use crate::{
         topics::{Topic, advertisement},
     },
 };
+
+/// Draws a map at a simulated time in nanoseconds: `foxglove.SceneUpdate` of its lines.
+pub type MapScene = fn(&Network, u64) -> foxglove::Message;
 
 /// How often the thread looks for frames and measurements. Requests are served at once.
 const LOOK_EVERY: Duration = Duration::from_millis(4);
