@@ -163,6 +163,8 @@ impl World {
         self.wide.truncate(parked.wide.len());
         let wide_root = widen(&self.nodes, root, &mut self.wide);
         let has_parked = !parked.instances.is_empty();
+        // Links of the frame before may lead nowhere now.
+        (self.nodes[0], self.wide[0]) = (Node::JOIN, WideNode::EMPTY);
         (self.root, self.wide_root) = match (has_parked, around) {
             (false, None) => (None, None),
             (true, None) => (Some(parked.root), Some(parked.wide_root)),

@@ -47,6 +47,7 @@ fn parked_vehicles_and_actors_are_hit_whatever_their_numbers() {
         vec![Vec3::new(10., 3., 0.), Vec3::new(15., 3., 0.)],
     ];
     let scenes = rows.each_ref().map(|row| scene(row));
+    let mut gpu = crate::gpu::tests::gpu();
     // One world is placed in every scene in turn, with none, one and two actors.
     let mut world = world_with(&scenes[2], &[]);
     for (parked, scene) in scenes.iter().enumerate() {
@@ -58,6 +59,10 @@ fn parked_vehicles_and_actors_are_hit_whatever_their_numbers() {
             world.place(scene, stamp, 50_000_000, &weather, &actors, |_| [9; 3]);
             let measured = MeasuredBundle::measure(&mut cpu(1), scene, &world, &[camera(161, 61)]);
             let ids = measured.plane::<u32>(0, output::INSTANCE);
+            if let Some(gpu) = &mut gpu {
+                let by_gpu = MeasuredBundle::measure(gpu, scene, &world, &[camera(161, 61)]);
+                assert_eq!(by_gpu.plane::<u32>(0, output::INSTANCE), ids);
+            }
             let has = |id: u32| ids.contains(&id);
             assert_eq!((has(0x8000_0001), has(0x8000_0002)), (parked > 0, parked > 1));
             assert_eq!((has(40), has(41)), (count > 0, count > 1));
