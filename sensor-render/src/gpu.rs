@@ -25,7 +25,7 @@ use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, Su
 use crate::outputs::needs_cpu;
 use crate::{cpu::CpuTracer, error::TraceError, job::BundleJob, scene::Scene, world::World};
 use batch::{Batch, Window, batches};
-use kernels::Kernels;
+use kernels::{CameraKernel, Kernels};
 use open::Gpu;
 use readback::Readback;
 use resources::{GROUPS_ACROSS, GpuResources};
@@ -220,17 +220,27 @@ impl GpuTracer {
             let descriptor = ComputePassDescriptor { label: Some("rays"), timestamp_writes };
             let mut pass = encoder.begin_compute_pass(&descriptor);
             pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
-            let Kernels { trace_cameras, draw_overlay, trace_lidars, pack_tags, .. } =
-                &self.kernels;
+            let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
+            let has_lamps = self.resources.has_lamps();
+            let [centers, smooth] = [false, true].map(|is_smooth| {
+                let groups = if batch.has_cameras(is_smooth) { batch.groups[0] } else { 0 };
+                let kind = CameraKernel { is_smooth, has_lamps };
+                let kernel =
+                    (groups > 0).then(|| self.kernels.trace_cameras(&self.gpu.device, kind));
+                (kernel, groups)
+            });
             let [cameras, lidars, packing] = batch.groups;
             let drawn = if world.overlay.is_empty() { 0 } else { cameras };
             for (kernel, groups) in [
-                (trace_cameras, cameras),
-                (draw_overlay, drawn),
-                (trace_lidars, lidars),
-                (pack_tags, packing),
+                centers,
+                smooth,
+                (Some(draw_overlay), drawn),
+                (Some(trace_lidars), lidars),
+                (Some(pack_tags), packing),
             ] {
-                if groups > 0 {
+                if groups > 0
+                    && let Some(kernel) = kernel
+                {
                     pass.set_pipeline(kernel);
                     let rows = groups.div_ceil(GROUPS_ACROSS);
                     pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), rows, 1);

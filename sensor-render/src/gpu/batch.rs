@@ -192,6 +192,13 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
+    /// Returns whether any camera has a colour image of several rays per pixel, or whether any has none.
+    pub(crate) fn has_cameras(&self, is_smooth: bool) -> bool {
+        let is_of_kind =
+            |camera: &GpuCamera| (camera.color != NONE && camera.samples > 1) == is_smooth;
+        self.cameras.iter().any(is_of_kind)
+    }
+
     /// Returns a hash of the layout of the output.
     pub(crate) fn layout_hash(&self) -> u64 {
         let mut hash = self.byte_len | 1 << 63;

@@ -1,8 +1,11 @@
+use std::sync::OnceLock;
+
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
     BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline,
-    ComputePipelineDescriptor, Device, PipelineLayoutDescriptor, ShaderModuleDescriptor,
-    ShaderRuntimeChecks, ShaderSource, ShaderStages,
+    ComputePipelineDescriptor, Device, PipelineCompilationOptions, PipelineLayout,
+    PipelineLayoutDescriptor, ShaderModule, ShaderModuleDescriptor, ShaderRuntimeChecks,
+    ShaderSource, ShaderStages,
 };
 
 /// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
@@ -28,8 +31,10 @@ const SHADER: &str = concat!(
 #[derive(Debug)]
 pub(crate) struct Kernels {
     layout: BindGroupLayout,
-    /// Renders the pixels of all cameras.
-    pub(crate) trace_cameras: ComputePipeline,
+    pipeline_layout: PipelineLayout,
+    module: ShaderModule,
+    /// Renders the pixels of cameras, by [`CameraKernel`]; compiled at the first use.
+    trace_cameras: [OnceLock<ComputePipeline>; 4],
     /// Draws debug shapes into the colours of all cameras.
     pub(crate) draw_overlay: ComputePipeline,
     /// Packs the tags of all cameras, four per word.
@@ -78,19 +83,28 @@ impl Kernels {
         let module = unsafe {
             device.create_shader_module_trusted(descriptor, ShaderRuntimeChecks::unchecked())
         };
-        let pipeline = |entry_point: &str| {
-            device.create_compute_pipeline(&ComputePipelineDescriptor {
-                label: Some(entry_point),
-                layout: Some(&pipeline_layout),
-                module: &module,
-                entry_point: Some(entry_point),
-                compilation_options: Default::default(),
-                cache: None,
-            })
-        };
-        let [trace_cameras, draw_overlay, pack_tags, trace_lidars] =
-            ["trace_cameras", "draw_overlay", "pack_tags", "trace_lidars"].map(pipeline);
-        Kernels { layout, trace_cameras, draw_overlay, pack_tags, trace_lidars }
+        let [draw_overlay, pack_tags, trace_lidars] = ["draw_overlay", "pack_tags", "trace_lidars"]
+            .map(|entry_point| pipeline(device, &pipeline_layout, &module, entry_point, &[]));
+        Kernels {
+            layout,
+            pipeline_layout,
+            module,
+            trace_cameras: Default::default(),
+            draw_overlay,
+            pack_tags,
+            trace_lidars,
+        }
+    }
+
+    /// Returns the kernel that renders cameras of this kind.
+    pub(crate) fn trace_cameras(&self, device: &Device, kind: CameraKernel) -> &ComputePipeline {
+        let CameraKernel { is_smooth, has_lamps } = kind;
+        self.trace_cameras[usize::from(is_smooth) * 2 + usize::from(has_lamps)].get_or_init(|| {
+            let word = |is_so: bool| f64::from(u8::from(is_so));
+            let constants = [("SMOOTH", word(is_smooth)), ("HAS_LAMPS", word(has_lamps))];
+            let Kernels { pipeline_layout, module, .. } = self;
+            pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
+        })
     }
 
     pub(crate) fn bind(&self, device: &Device, buffers: [&Buffer; BINDINGS]) -> BindGroup {
@@ -108,6 +122,33 @@ impl Kernels {
             entries: &entries,
         })
     }
+}
+
+/// Which cameras a kernel renders. What it does not need is left out, which leaves more registers for
+/// the rest.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct CameraKernel {
+    /// Those with several rays per pixel, or the others.
+    pub(crate) is_smooth: bool,
+    /// Whether any lamp shines.
+    pub(crate) has_lamps: bool,
+}
+
+fn pipeline(
+    device: &Device,
+    layout: &PipelineLayout,
+    module: &ShaderModule,
+    entry_point: &str,
+    constants: &[(&str, f64)],
+) -> ComputePipeline {
+    device.create_compute_pipeline(&ComputePipelineDescriptor {
+        label: Some(entry_point),
+        layout: Some(layout),
+        module,
+        entry_point: Some(entry_point),
+        compilation_options: PipelineCompilationOptions { constants, ..Default::default() },
+        cache: None,
+    })
 }
 
 #[cfg(test)]

@@ -44,6 +44,8 @@ pub(crate) struct GpuResources {
     /// Uploaded street lights.
     street_lights: Arc<Vec<StreetLight>>,
     lamps: SceneLamps,
+    /// Whether the last batch was uploaded with lamps that shine.
+    has_lamps: bool,
 }
 
 /// Binding numbers of the shaders.
@@ -84,6 +86,7 @@ impl GpuResources {
             layout_hash: 0,
             street_lights: Arc::default(),
             lamps: SceneLamps::default(),
+            has_lamps: false,
         };
         let reflectivities: Vec<[f32; 4]> =
             REFLECTIVITIES.iter().map(|[rho, diffuse]| [*rho, *diffuse, 0.0, 0.0]).collect();
@@ -127,6 +130,7 @@ impl GpuResources {
         let [cameras, lidars, packing] = batch.groups;
         let light = world.light();
         let lamps = self.lamps.grid(scene, world, &light);
+        self.has_lamps = !lamps.lamps.is_empty();
         self.upload_lamps(gpu, &lamps);
         let frame = FrameUniforms {
             light,
@@ -192,6 +196,11 @@ impl GpuResources {
         self.upload(gpu, at::OVERLAY, &parts.concat());
         let ends = |count: usize| parts[..count].iter().map(|part| part.len() / 16).sum::<usize>();
         [overlay.root.0, ends(3) as u32, ends(4) as u32, overlay.texts.len() as u32]
+    }
+
+    /// Returns whether any lamp shines in the last batch.
+    pub(crate) fn has_lamps(&self) -> bool {
+        self.has_lamps
     }
 
     /// Returns the bind group of all buffers.

@@ -39,7 +39,9 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     let samples = cameras[index].samples;
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
-    traces_reflections = is_smooth;
+    if (is_smooth != SMOOTH) {
+        return;
+    }
     // A colour image of several rays per pixel has none through the centre; the other outputs have.
     let has_others = cameras[index].depth != NONE || cameras[index].tag != NONE
         || cameras[index].instance != NONE;
@@ -47,7 +49,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     // Rays of a pixel that hit the same triangle share its shading, among four in a row.
     var seen: array<vec2u, 4>;
     var shared_: array<Radiance, 4>;
-    for (var step = select(0u, 1u, is_smooth && !has_others); step < select(1u, samples + 1u, is_smooth); step++) {
+    for (var step = select(0u, 1u, SMOOTH && !has_others); step < select(1u, samples + 1u, SMOOTH); step++) {
         let is_center = step == 0u;
         var sample = frame.samples[0];
         if (!is_center) {
@@ -60,7 +62,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         let hit = closest(ray, FAR_AWAY, false);
         if (is_center) {
             write_others(index, pixel, hit);
-            if (is_smooth || !has_color) {
+            if (SMOOTH || !has_color) {
                 continue;
             }
         }
@@ -82,7 +84,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         film += tone_map(with_shadows(radiance, ray, hit, sample));
     }
     if (has_color) {
-        bytes_out[cameras[index].color + pixel] = encode(film * (1.0 / f32(select(1u, samples, is_smooth))));
+        bytes_out[cameras[index].color + pixel] = encode(film * (1.0 / f32(select(1u, samples, SMOOTH))));
     }
 }
 

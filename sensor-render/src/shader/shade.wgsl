@@ -6,8 +6,11 @@ const LIFT = 0.01;
 const ROUGHNESS_MAX = 0.3;
 const MIRROR_MIN = 0.05;
 
-// Whether the camera traces reflections: at every quality but the lowest.
-var<private> traces_reflections: bool;
+// Which cameras a pipeline renders: those with several rays per pixel, which trace reflections too, or
+// the others.
+override SMOOTH: bool = false;
+// Whether any lamp shines.
+override HAS_LAMPS: bool = true;
 
 // Radiance towards the camera, divided by what shadow rays decide about.
 struct Radiance {
@@ -49,7 +52,7 @@ fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f) -> vec3
         open = closest(Ray(origin, to_sun), FAR_AWAY, true).triangle == NONE;
     }
     color += select(vec3f(0.0), radiance.sun, open);
-    if (radiance.lamp_number != NONE && is_reached(radiance.lamp_number, origin)) {
+    if (HAS_LAMPS && radiance.lamp_number != NONE && is_reached(radiance.lamp_number, origin)) {
         color += radiance.lamp;
     }
     return color;
@@ -79,7 +82,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let sky_light = ambient(normal.z);
     let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
     var mirrored: vec3f;
-    if (traces_reflections && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
+    if (SMOOTH && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
         mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r)));
     } else {
         mirrored = reflection(r);
@@ -93,6 +96,9 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let spot = min(lobe * lobe * 0.16 / spread, 16.0);
     let sun = mix(direct, vec3f(spot), mirror) * frame.sun_color.xyz;
 
+    if (!HAS_LAMPS) {
+        return Radiance(base, sun, vec3f(0.0), NONE);
+    }
     let lamps = lamplight_of(&surface, at, normal, view, mirror);
     return Radiance(base + lamps.others, sun, lamps.strongest, lamps.number);
 }
