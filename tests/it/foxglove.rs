@@ -145,7 +145,11 @@ fn foxglove_s_own_schemas_read_what_the_simulator_has() {
         let mut compared = BTreeMap::<String, usize>::new();
         for line in &lines {
             let (topic, facts) = (line["topic"].as_str().unwrap(), &line["facts"]);
-            assert_ne!(topic, "status", "{line}");
+            if topic == "status" {
+                // This client decodes while frames pass as fast as they can.
+                assert_eq!(facts["id"], "dropped", "{line}");
+                continue;
+            }
             let Some(truth) = truths.get(&line["time"].as_u64().unwrap()) else {
                 // The world as it was before this client ticked.
                 continue;
@@ -178,7 +182,7 @@ fn foxglove_s_own_schemas_read_what_the_simulator_has() {
                         (&json!([640, 360]), &json!("front_optical"))
                     );
                     for (shown, expected) in numbers(&facts["mean"]).into_iter().zip(truth.mean) {
-                        assert!((shown - expected).abs() < 3.0, "{facts} {:?}", truth.mean);
+                        assert!((shown - expected).abs() < 1.0, "{facts} {:?}", truth.mean);
                     }
                 }
                 "/front/calibration" => {
