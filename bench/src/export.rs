@@ -10,6 +10,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
+use image_file::{FULL_COLOR_QUALITY, Pixels};
 
 use crate::{
     Effort,
@@ -21,8 +22,8 @@ use crate::{
 
 const ROUNDS: usize = 7;
 const FRAMES: usize = 200;
-/// The quality of JPEG files.
-const QUALITY: u8 = 90;
+/// The qualities of JPEG files: with colour in half the resolution, and in that of the image.
+const JPEG: [(&str, u8); 2] = [("export.jpeg", 90), ("export.jpeg.full_color", FULL_COLOR_QUALITY)];
 /// Bytes of one call of `write`.
 const PIECE: usize = 1 << 20;
 
@@ -143,16 +144,29 @@ struct Picture {
 /// options of `omnibus collect`, on one thread.
 fn encoders(set: &Path, effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let pictures = pictures(&set.join("front/color"), effort.count(20))?;
+    for (name, quality) in JPEG {
+        encoder(name, quality, &pictures, effort, sink)?;
+    }
+    Ok(())
+}
+
+fn encoder(
+    name: &'static str,
+    quality: u8,
+    pictures: &[Picture],
+    effort: Effort,
+    sink: &mut Sink,
+) -> anyhow::Result<()> {
     let mut file = Vec::new();
     let (mut jpeg, mut png, mut sizes) = (Vec::new(), Vec::new(), [0; 2]);
     for _ in 0..effort.rounds(ROUNDS) {
         for (rates, is_jpeg) in [(&mut jpeg, true), (&mut png, false)] {
             let begin = Instant::now();
             sizes[usize::from(is_jpeg)] = 0;
-            for picture in &pictures {
+            for picture in pictures {
                 file.clear();
                 if is_jpeg {
-                    as_jpeg(picture, &mut file)?
+                    image_file::jpeg(picture.size, Pixels::Rgb(&picture.rgb), quality, &mut file)?
                 } else {
                     as_png(picture, &mut file)?
                 }
@@ -165,9 +179,9 @@ fn encoders(set: &Path, effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let slowest = jpeg.iter().copied().fold(f64::INFINITY, f64::min);
     let [width, height] = pictures[0].size;
     let figure = Figure {
-        name: "export.jpeg",
+        name,
         workload: format!(
-            "{width}x{height}, quality {QUALITY}, one thread: {} KB a file; PNG as omnibus collect \
+            "{width}x{height}, quality {quality}, one thread: {} KB a file; PNG as omnibus collect \
              writes it: {} KB",
             sizes[1] / 1000,
             sizes[0] / 1000
@@ -192,13 +206,6 @@ fn pictures(folder: &Path, count: usize) -> anyhow::Result<Vec<Picture>> {
         Ok(Picture { size: [info.width, info.height], rgb })
     };
     paths.iter().take(count.max(1)).map(read).collect()
-}
-
-fn as_jpeg(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {
-    let [width, height] = picture.size.map(|side| side as u16);
-    let encoder = jpeg_encoder::Encoder::new(file, QUALITY);
-    encoder.encode(&picture.rgb, width, height, jpeg_encoder::ColorType::Rgb)?;
-    Ok(())
 }
 
 fn as_png(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {

@@ -40,7 +40,8 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("carla-gateway", &["bake", "client-lib", "mapgen", "mesh", "record", "road", "town"]),
     ("ros2", &["client-lib"]),
     ("foxglove", &[]),
-    ("view", &["client-lib", "foxglove"]),
+    ("image-file", &[]),
+    ("view", &["client-lib", "foxglove", "image-file"]),
     (
         "environment",
         &[
@@ -55,7 +56,10 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "traffic",
         ],
     ),
-    ("bench", &["bake", "client-lib", "environment", "mapgen", "mesh", "road", "town"]),
+    (
+        "bench",
+        &["bake", "client-lib", "environment", "image-file", "mapgen", "mesh", "road", "town"],
+    ),
     ("fuzz", &["carla-gateway", "mesh", "protocol", "record", "road", "sim-host", "town"]),
     (
         "omnibus",
@@ -75,6 +79,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "client-lib",
             "carla-gateway",
             "foxglove",
+            "image-file",
             "ros2",
             "view",
         ],
@@ -111,6 +116,7 @@ const OWNED: &[(&str, &str)] = &[
     ("quick-xml", "road"),
     ("socket2", "ros2"),
     ("axum", "view"),
+    ("mozjpeg", "image-file"),
 ];
 
 fn root() -> PathBuf {

@@ -1,7 +1,7 @@
 //! Measurements as bytes for a page: JPEG images and points of 8 bytes.
 
 use client_lib::{DEPTH_FAR_M, Image, Measurement, Tag};
-use jpeg_encoder::{ColorType, Encoder, EncodingError};
+use image_file::{JpegError, Pixels};
 
 use crate::{
     data_set::Measured,
@@ -17,29 +17,27 @@ const POINT_UNIT_M: f32 = 0.01;
 ///
 /// # Errors
 ///
-/// [`EncodingError`] if the image is too large for JPEG.
+/// [`JpegError`] if the image is too large for JPEG.
 pub(crate) fn message(
     measured: &Measurement,
     sensor: usize,
     output: Output,
     channel: u32,
-) -> Result<Option<Vec<u8>>, EncodingError> {
+) -> Result<Option<Vec<u8>>, JpegError> {
     let frame = measured.frame().0;
-    let jpeg = |size, pixels: &[u8], colors| {
-        jpeg(binary(kind::IMAGE, channel, frame), size, pixels, colors)
-    };
+    let jpeg = |size, pixels: Pixels<'_>| jpeg(binary(kind::IMAGE, channel, frame), size, pixels);
     let encoded = match output {
         Output::Color => measured
             .color_image(sensor)
             .map(|image| color(binary(kind::IMAGE, channel, frame), &image)),
         Output::Depth => measured
             .depth_image(sensor)
-            .map(|image| jpeg([image.width, image.height], &greys(image.data), ColorType::Luma)),
-        Output::Tags => measured.tag_image(sensor).map(|image| {
-            jpeg([image.width, image.height], &tag_colors(image.data), ColorType::Rgb)
-        }),
+            .map(|image| jpeg([image.width, image.height], Pixels::Grey(&greys(image.data)))),
+        Output::Tags => measured
+            .tag_image(sensor)
+            .map(|image| jpeg([image.width, image.height], Pixels::Rgb(&tag_colors(image.data)))),
         Output::Instances => measured.instance_image(sensor).map(|image| {
-            jpeg([image.width, image.height], &instance_colors(image.data), ColorType::Rgb)
+            jpeg([image.width, image.height], Pixels::Rgb(&instance_colors(image.data)))
         }),
         Output::Lidar => measured.point_cloud(sensor).map(|cloud| {
             Ok(points(binary(kind::POINTS, channel, frame), cloud.points, cloud.labels))
@@ -52,12 +50,8 @@ pub(crate) fn message(
 ///
 /// # Errors
 ///
-/// [`EncodingError`] if the image is too large for JPEG.
-pub(crate) fn stored(
-    measured: &Measured,
-    channel: u32,
-    frame: u64,
-) -> Result<Vec<u8>, EncodingError> {
+/// [`JpegError`] if the image is too large for JPEG.
+pub(crate) fn stored(measured: &Measured, channel: u32, frame: u64) -> Result<Vec<u8>, JpegError> {
     let head = || binary(kind::IMAGE, channel, frame);
     match measured {
         Measured::Color(file) => {
@@ -65,12 +59,10 @@ pub(crate) fn stored(
             bytes.extend(file);
             Ok(bytes)
         }
-        Measured::Depth { size, depths_m } => {
-            jpeg(head(), *size, &greys(depths_m), ColorType::Luma)
-        }
-        Measured::Tags { size, codes } => jpeg(head(), *size, &tag_colors(codes), ColorType::Rgb),
+        Measured::Depth { size, depths_m } => jpeg(head(), *size, Pixels::Grey(&greys(depths_m))),
+        Measured::Tags { size, codes } => jpeg(head(), *size, Pixels::Rgb(&tag_colors(codes))),
         Measured::Instances { size, ids } => {
-            jpeg(head(), *size, &instance_colors(ids), ColorType::Rgb)
+            jpeg(head(), *size, Pixels::Rgb(&instance_colors(ids)))
         }
         Measured::Points { points: cloud, labels } => {
             Ok(points(binary(kind::POINTS, channel, frame), cloud, labels))
@@ -82,24 +74,18 @@ pub(crate) fn stored(
 ///
 /// # Errors
 ///
-/// [`EncodingError`] if the image is too large for JPEG.
-pub(crate) fn color_jpeg(image: &Image<[u8; 4]>) -> Result<Vec<u8>, EncodingError> {
+/// [`JpegError`] if the image is too large for JPEG.
+pub(crate) fn color_jpeg(image: &Image<[u8; 4]>) -> Result<Vec<u8>, JpegError> {
     color(Vec::new(), image)
 }
 
-fn color(head: Vec<u8>, image: &Image<[u8; 4]>) -> Result<Vec<u8>, EncodingError> {
-    jpeg(head, [image.width, image.height], image.data.as_flattened(), ColorType::Rgba)
+fn color(head: Vec<u8>, image: &Image<[u8; 4]>) -> Result<Vec<u8>, JpegError> {
+    jpeg(head, [image.width, image.height], Pixels::Rgbx(image.data.as_flattened()))
 }
 
 /// Appends a JPEG file.
-fn jpeg(
-    mut bytes: Vec<u8>,
-    [width, height]: [u32; 2],
-    pixels: &[u8],
-    colors: ColorType,
-) -> Result<Vec<u8>, EncodingError> {
-    let encoder = Encoder::new(&mut bytes, QUALITY);
-    encoder.encode(pixels, width as u16, height as u16, colors).map(|()| bytes)
+fn jpeg(mut bytes: Vec<u8>, size: [u32; 2], pixels: Pixels<'_>) -> Result<Vec<u8>, JpegError> {
+    image_file::jpeg(size, pixels, QUALITY, &mut bytes).map(|()| bytes)
 }
 
 fn greys(depths_m: &[f32]) -> Vec<u8> {

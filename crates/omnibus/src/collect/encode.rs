@@ -1,7 +1,7 @@
 //! Encodes the planes of a measurement as files.
 
 use client_lib::RadarDetection;
-use jpeg_encoder::ColorType as JpegColor;
+use image_file::Pixels;
 use mesh::ObjectId;
 use png::{BitDepth, ColorType, Compression, Filter};
 use protocol::{DEPTH_FAR_M, output};
@@ -52,7 +52,7 @@ impl Encoder {
                 self.zstd()
             }
             (ImageFormat::Jpeg, output::COLOR) => {
-                jpeg(size, plane, JpegColor::Rgba, storage.jpeg_quality, &mut self.file)
+                jpeg(size, Pixels::Rgbx(plane), storage.jpeg_quality, &mut self.file)
             }
             (_, output::COLOR) => self.color(size, plane),
             (_, output::DEPTH) => self.depth(size, bytemuck::cast_slice(plane)),
@@ -164,22 +164,13 @@ impl Encoder {
 /// Encodes 8-bit pixels as JPEG.
 pub(crate) fn jpeg(
     size: [u32; 2],
-    pixels: &[u8],
-    color: JpegColor,
+    pixels: Pixels<'_>,
     quality: u8,
     file: &mut Vec<u8>,
 ) -> Result<(), CollectError> {
-    let encode = || {
-        let [width, height] = size.map(u16::try_from);
-        let (Ok(width), Ok(height)) = (width, height) else {
-            return Err(format!("{size:?} pixels; JPEG allows 65535 on each side"));
-        };
-        file.clear();
-        jpeg_encoder::Encoder::new(file, quality)
-            .encode(pixels, width, height, color)
-            .map_err(|e| e.to_string())
-    };
-    encode().map_err(|why| CollectError::Bug { what: "encoding a JPEG", why })
+    file.clear();
+    image_file::jpeg(size, pixels, quality, file)
+        .map_err(|e| CollectError::Bug { what: "encoding a JPEG", why: e.to_string() })
 }
 
 /// Copies the first three of every four bytes. Four bytes are written at once, of which the next overwrite

@@ -39,7 +39,7 @@ impl ImageFormat {
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct ImageStorage {
     pub(crate) format: ImageFormat,
-    /// 1 to 100; with less than 90, colour has half the resolution.
+    /// 1 to 100; with less than 95, colour has half the resolution.
     pub(crate) jpeg_quality: u8,
 }
 

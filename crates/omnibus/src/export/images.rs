@@ -8,7 +8,7 @@ use std::{
 
 use anyhow::{Context, ensure};
 use foxglove::Message;
-use jpeg_encoder::ColorType;
+use image_file::Pixels;
 
 use crate::{
     collect::{
@@ -80,7 +80,7 @@ impl Images {
             return Ok(encoder.file);
         };
         let mut file = Vec::new();
-        jpeg(size, &image.bytes, ColorType::Rgb, quality, &mut file)?;
+        jpeg(size, Pixels::Rgb(&image.bytes), quality, &mut file)?;
         Ok(file)
     }
 
