@@ -10,7 +10,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use image_file::{FULL_COLOR_QUALITY, Pixels};
+use image_file::{FULL_COLOR_QUALITY, Filter, Pixels, Samples};
 
 use crate::{
     Effort,
@@ -140,58 +140,67 @@ struct Picture {
     rgb: Vec<u8>,
 }
 
-/// Measures the encoder of JPEG that `omnibus export` uses, and beside it that of PNG with the
-/// options of `omnibus collect`, on one thread.
+/// An encoder that replaces the content of a file.
+type Encode<'a> = &'a dyn Fn(&Picture, &mut Vec<u8>) -> anyhow::Result<()>;
+
+/// Measures the encoders of images that `omnibus collect` and `omnibus export` use, on one thread: PNG
+/// beside a general encoder, and JPEG beside PNG.
 fn encoders(set: &Path, effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     let pictures = pictures(&set.join("front/color"), effort.count(20))?;
+    let mut measure = |name, what: &str, encode: Encode, peer, other: Encode| {
+        let figure = encoder(name, what, encode, (peer, other), &pictures, effort)?;
+        sink.put(&figure, &Machine::look())
+    };
+    measure("export.png", "PNG", &as_png, "the package png, fast", &as_general_png)?;
     for (name, quality) in JPEG {
-        encoder(name, quality, &pictures, effort, sink)?;
+        let what = format!("quality {quality}");
+        let encode = |picture: &Picture, file: &mut Vec<u8>| {
+            Ok(image_file::jpeg(picture.size, Pixels::Rgb(&picture.rgb), quality, file)?)
+        };
+        measure(name, &what, &encode, "PNG", &as_png)?;
     }
     Ok(())
 }
 
 fn encoder(
     name: &'static str,
-    quality: u8,
+    what: &str,
+    encode: Encode,
+    peer: (&'static str, Encode),
     pictures: &[Picture],
     effort: Effort,
-    sink: &mut Sink,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Figure> {
     let mut file = Vec::new();
-    let (mut jpeg, mut png, mut sizes) = (Vec::new(), Vec::new(), [0; 2]);
+    let (mut rates, mut sizes) = ([Vec::new(), Vec::new()], [0; 2]);
     for _ in 0..effort.rounds(ROUNDS) {
-        for (rates, is_jpeg) in [(&mut jpeg, true), (&mut png, false)] {
+        for (index, encode) in [encode, peer.1].into_iter().enumerate() {
             let begin = Instant::now();
-            sizes[usize::from(is_jpeg)] = 0;
+            sizes[index] = 0;
             for picture in pictures {
                 file.clear();
-                if is_jpeg {
-                    image_file::jpeg(picture.size, Pixels::Rgb(&picture.rgb), quality, &mut file)?
-                } else {
-                    as_png(picture, &mut file)?
-                }
-                sizes[usize::from(is_jpeg)] += file.len() / pictures.len();
+                encode(picture, &mut file)?;
+                sizes[index] += file.len() / pictures.len();
             }
-            rates.push(pictures.len() as f64 / begin.elapsed().as_secs_f64());
+            rates[index].push(pictures.len() as f64 / begin.elapsed().as_secs_f64());
         }
     }
-    let value = median(&jpeg);
-    let slowest = jpeg.iter().copied().fold(f64::INFINITY, f64::min);
+    let [rates, peers] = rates;
+    let value = median(&rates);
+    let slowest = rates.iter().copied().fold(f64::INFINITY, f64::min);
     let [width, height] = pictures[0].size;
-    let figure = Figure {
+    Ok(Figure {
         name,
         workload: format!(
-            "{width}x{height}, quality {quality}, one thread: {} KB a file; PNG as omnibus collect \
-             writes it: {} KB",
-            sizes[1] / 1000,
-            sizes[0] / 1000
+            "{width}x{height}, {what}, one thread: {} KB a file; {}: {} KB",
+            sizes[0] / 1000,
+            peer.0,
+            sizes[1] / 1000
         ),
         unit: Unit::PerSecond("frames"),
         value,
-        spread: Spread { p50: value, p90: slowest, p99: slowest, n: jpeg.len() },
-        peer: Some(Peer { name: "PNG", value: median(&png) }),
-    };
-    sink.put(&figure, &Machine::look())
+        spread: Spread { p50: value, p90: slowest, p99: slowest, n: rates.len() },
+        peer: Some(Peer { name: peer.0, value: median(&peers) }),
+    })
 }
 
 fn pictures(folder: &Path, count: usize) -> anyhow::Result<Vec<Picture>> {
@@ -209,6 +218,13 @@ fn pictures(folder: &Path, count: usize) -> anyhow::Result<Vec<Picture>> {
 }
 
 fn as_png(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {
+    let row = |y: usize, to: &mut [u8]| {
+        to.copy_from_slice(&picture.rgb[y * to.len()..][..to.len()]);
+    };
+    Ok(image_file::png(picture.size, Samples::Rgb8, Filter::Paeth, row, file)?)
+}
+
+fn as_general_png(picture: &Picture, file: &mut Vec<u8>) -> anyhow::Result<()> {
     let mut encoder = png::Encoder::new(file, picture.size[0], picture.size[1]);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(png::BitDepth::Eight);

@@ -1,9 +1,8 @@
 //! Encodes the planes of a measurement as files.
 
 use client_lib::RadarDetection;
-use image_file::Pixels;
+use image_file::{Filter, Pixels, Samples};
 use mesh::ObjectId;
-use png::{BitDepth, ColorType, Compression, Filter};
 use protocol::{DEPTH_FAR_M, output};
 
 use crate::collect::{
@@ -63,64 +62,63 @@ impl Encoder {
 
     /// Encodes RGB.
     pub(crate) fn picture(&mut self, size: [u32; 2], rgb: &[u8]) -> Result<(), CollectError> {
-        self.pixels.clear();
-        self.pixels.extend_from_slice(rgb);
-        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
+        let row = |y: usize, to: &mut [u8]| to.copy_from_slice(&rgb[y * to.len()..][..to.len()]);
+        self.png(size, rgb.len(), Samples::Rgb8, Filter::Paeth, row)
     }
 
     /// Encodes red, green, blue, 255 as RGB.
     fn color(&mut self, size: [u32; 2], rgba: &[u8]) -> Result<(), CollectError> {
-        first_three(rgba.as_chunks().0, &mut self.pixels);
-        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Sub)
+        let pixels = rgba.as_chunks().0;
+        let row = |y, to: &mut [u8]| first_three(row_of(size, y, pixels), to);
+        self.png(size, pixels.len() * 3, Samples::Rgb8, Filter::Paeth, row)
     }
 
     /// Encodes depth, metres in native order as in [`protocol::output::DEPTH`], as 16-bit steps.
     fn depth(&mut self, size: [u32; 2], metres: &[f32]) -> Result<(), CollectError> {
-        self.pixels.resize(metres.len() * 2, 0);
-        for (bytes, metres) in self.pixels.as_chunks_mut().0.iter_mut().zip(metres) {
-            *bytes = depth_steps(*metres).to_be_bytes();
-        }
-        self.png(size, ColorType::Grayscale, BitDepth::Sixteen, Filter::Paeth)
+        let row = |y, to: &mut [u8]| {
+            for (bytes, metres) in to.as_chunks_mut().0.iter_mut().zip(row_of(size, y, metres)) {
+                *bytes = depth_steps(*metres).to_be_bytes();
+            }
+        };
+        self.png(size, metres.len() * 2, Samples::Grey16, Filter::Paeth, row)
     }
 
     /// Encodes tags.
     fn tag(&mut self, size: [u32; 2], tags: &[u8]) -> Result<(), CollectError> {
-        self.pixels.clear();
-        self.pixels.extend_from_slice(tags);
-        self.png(size, ColorType::Grayscale, BitDepth::Eight, Filter::Up)
+        let row = |y, to: &mut [u8]| to.copy_from_slice(row_of(size, y, tags));
+        self.png(size, tags.len(), Samples::Grey8, Filter::Up, row)
     }
 
     /// Encodes ids as three bytes, the lowest first.
     fn instance(&mut self, size: [u32; 2], ids: &[u32]) -> Result<(), CollectError> {
-        self.pixels.resize(ids.len() * 3 + 1, 0);
-        for (index, id) in ids.iter().enumerate() {
-            self.pixels[3 * index..][..4].copy_from_slice(&file_id(*id).to_le_bytes());
-        }
-        self.pixels.truncate(ids.len() * 3);
-        self.png(size, ColorType::Rgb, BitDepth::Eight, Filter::Up)
+        let row = |y, to: &mut [u8]| {
+            for (bytes, id) in to.as_chunks_mut().0.iter_mut().zip(row_of(size, y, ids)) {
+                let [low, middle, high, _] = file_id(*id).to_le_bytes();
+                *bytes = [low, middle, high];
+            }
+        };
+        self.png(size, ids.len() * 3, Samples::Rgb8, Filter::Up, row)
     }
 
+    /// Encodes an image of this many bytes, which `row` writes row by row.
     fn png(
         &mut self,
-        [width, height]: [u32; 2],
-        color: ColorType,
-        depth: BitDepth,
+        size: [u32; 2],
+        bytes: usize,
+        samples: Samples,
         filter: Filter,
+        row: impl Fn(usize, &mut [u8]),
     ) -> Result<(), CollectError> {
+        let bug = |why| CollectError::Bug { what: "encoding a PNG", why };
+        let [width, height] = size;
+        let expected = width as usize * height as usize * samples.bytes();
+        if bytes != expected {
+            return Err(bug(format!(
+                "{width} x {height} pixels have {expected} bytes, not {bytes}"
+            )));
+        }
         self.file.clear();
-        let mut encoder = png::Encoder::new(&mut self.file, width, height);
-        encoder.set_color(color);
-        encoder.set_depth(depth);
-        encoder.set_compression(Compression::Fast);
-        // One filter for the whole image: a choice per row costs a fifth of the time and saves a
-        // twentieth.
-        encoder.set_filter(filter);
-        let write = || {
-            let mut writer = encoder.write_header()?;
-            writer.write_image_data(&self.pixels)?;
-            writer.finish()
-        };
-        write().map_err(|e| CollectError::Bug { what: "encoding a PNG", why: e.to_string() })
+        image_file::png(size, samples, filter, row, &mut self.file).map_err(|e| bug(e.to_string()))
     }
 
     /// Encodes an array of NumPy.
@@ -134,8 +132,9 @@ impl Encoder {
         npy::head(kind, &shape, &mut self.file);
         match output {
             output::COLOR => {
-                first_three(plane.as_chunks().0, &mut self.pixels);
-                self.file.extend_from_slice(&self.pixels);
+                let (begin, pixels) = (self.file.len(), plane.as_chunks().0);
+                self.file.resize(begin + 3 * pixels.len(), 0);
+                first_three(pixels, &mut self.file[begin..]);
             }
             output::INSTANCE => {
                 let ids: &[u32] = bytemuck::cast_slice(plane);
@@ -173,14 +172,22 @@ pub(crate) fn jpeg(
         .map_err(|e| CollectError::Bug { what: "encoding a JPEG", why: e.to_string() })
 }
 
-/// Copies the first three of every four bytes. Four bytes are written at once, of which the next overwrite
-/// the last, because appending single bytes took longer than the compression.
-fn first_three(of: &[[u8; 4]], to: &mut Vec<u8>) {
-    to.resize(of.len() * 3 + 1, 0);
-    for (index, four) in of.iter().enumerate() {
-        to[3 * index..][..4].copy_from_slice(four);
+/// Returns a row of an image, counted from the top.
+fn row_of<T>([width, _]: [u32; 2], y: usize, pixels: &[T]) -> &[T] {
+    &pixels[y * width as usize..][..width as usize]
+}
+
+/// Copies the first three of every four bytes.
+fn first_three(of: &[[u8; 4]], to: &mut [u8]) {
+    // Four pixels at a time, because the compiler turns copies of single ones into calls.
+    let (twelves, rest) = to.as_chunks_mut::<12>();
+    let (fours, last) = of.as_chunks::<4>();
+    for (to, [a, b, c, d]) in twelves.iter_mut().zip(fours) {
+        *to = [a[0], a[1], a[2], b[0], b[1], b[2], c[0], c[1], c[2], d[0], d[1], d[2]];
     }
-    to.truncate(of.len() * 3);
+    for (to, [red, green, blue, _]) in rest.as_chunks_mut().0.iter_mut().zip(last) {
+        *to = [*red, *green, *blue];
+    }
 }
 
 /// Converts metres to steps of the file.
