@@ -3,7 +3,7 @@
 use std::sync::OnceLock;
 
 use glam::{Quat, Vec3};
-use mesh::{ObjectId, Tag};
+use mesh::{Mesh, ObjectId, Tag};
 use protocol::{BlueprintInfo, Pose};
 use town::Town;
 
@@ -39,7 +39,8 @@ pub struct StreetLight {
 /// The town of one world as it was loaded, with the objects that were hidden since.
 pub(crate) struct StaticWorld {
     town: Town,
-    grid: OnceLock<RayGrid>,
+    /// The mesh for rays, with coarse plants, and its grid.
+    grid: OnceLock<(Mesh, RayGrid)>,
 }
 
 impl StaticWorld {
@@ -71,8 +72,12 @@ impl StaticWorld {
         world: &World,
         blueprints: &[BlueprintInfo],
     ) -> Vec<RayHit> {
-        let grid = self.grid.get_or_init(|| RayGrid::new(&self.town.mesh));
-        grid.cast(&self.town.mesh, ends, world, blueprints)
+        let (mesh, grid) = self.grid.get_or_init(|| {
+            let mesh = self.town.mesh_with_coarse_plants();
+            let grid = RayGrid::new(&mesh);
+            (mesh, grid)
+        });
+        grid.cast(mesh, ends, world, blueprints)
     }
 }
 

@@ -61,7 +61,10 @@ pub(crate) fn store_scene(cache: &Cache, episode: &Episode, scene: &Scene) {
             bytemuck::cast_slice(&blases),
             bytemuck::cast_slice(&[scene.reach]),
             bytemuck::cast_slice(&scene.town_ends),
+            bytemuck::cast_slice(&[scene.smooth_from]),
             bytemuck::cast_slice(&scene.parked),
+            bytemuck::cast_slice(&scene.plant_models),
+            bytemuck::cast_slice(&scene.plants),
             bytemuck::cast_slice(&scene.walls),
             bytemuck::cast_slice(&scene.triangles),
             bytemuck::cast_slice(&scene.nodes),
@@ -80,6 +83,7 @@ fn load_scene(parts: &mut Parts) -> Option<Scene> {
     let (town_blas, blases) = (blases.next()?, blases.collect());
     let reach = *parts.take::<f32>()?.first()?;
     let town_ends = *parts.take::<[u32; 3]>()?.first()?;
+    let smooth_from = *parts.take::<u32>()?.first()?;
     let parked = parts.take()?;
     Some(Scene {
         serial: new_serial(),
@@ -89,6 +93,9 @@ fn load_scene(parts: &mut Parts) -> Option<Scene> {
         geometries: BlueprintGeometry::all(&parked).0,
         reach,
         parked,
+        smooth_from,
+        plant_models: parts.take()?,
+        plants: parts.take()?,
         walls: parts.take()?,
         triangles: parts.take()?,
         nodes: parts.take()?,

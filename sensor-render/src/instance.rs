@@ -34,7 +34,9 @@ pub(crate) struct Instance {
     pub(crate) lights: u32,
     /// Index into the bottom-level hierarchies of the scene.
     pub(crate) blas: u32,
-    pub(crate) reserved: [u32; 3],
+    /// Square of the size relative to the piece: 1 for actors, another number for plants.
+    pub(crate) size_squared: f32,
+    pub(crate) reserved: [u32; 2],
 }
 
 const _: () = assert!(size_of::<Instance>() == 80);
@@ -50,7 +52,7 @@ impl Instance {
         let bottom = &scene.blases[blas as usize];
         let bounds = transformed_box(world_from_piece, bottom.low, bottom.high);
         let actor_from_world = rows(&world_from_piece.inverse());
-        (bounds, Instance { actor_from_world, root: bottom.root, blas, ..self })
+        (bounds, Instance { actor_from_world, root: bottom.root, blas, size_squared: 1.0, ..self })
     }
 }
 

@@ -104,5 +104,5 @@ impl MeshList {
 /// [`MeshListError`] if the list is invalid or the scene cannot be built.
 pub fn scene_with(static_mesh: &Mesh, list: Option<&Path>) -> Result<Scene, MeshListError> {
     let replaced = list.map(MeshList::read).transpose()?.map_or(Vec::new(), |list| list.load());
-    Ok(Scene::with_catalogue(static_mesh, Vec::new(), &replaced)?)
+    Ok(Scene::with_catalogue(static_mesh, &[], Vec::new(), &replaced)?)
 }

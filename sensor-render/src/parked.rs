@@ -1,7 +1,8 @@
-//! Parked vehicles: a part of the top-level hierarchy that is built once per scene.
+//! Parked vehicles and plants: a part of the top-level hierarchy that is built once per scene.
 
 use bytemuck::Zeroable;
 use glam::Vec3;
+use mesh::ObjectId;
 use protocol::GivenPoses;
 
 use crate::bvh::{Box3, Link, Node};
@@ -11,7 +12,7 @@ use crate::sah_build::over_boxes;
 use crate::scene::Scene;
 use crate::wide::{WideNode, widen};
 
-/// Top-level hierarchy over the parked vehicles of a scene. Its links count a node before it, at which
+/// Top-level hierarchy over the parked vehicles and plants of a scene. Its links count a node before it, at which
 /// the hierarchy of a frame joins it with that of the actors.
 #[derive(Debug)]
 pub(crate) struct ParkedHierarchy {
@@ -41,6 +42,17 @@ impl ParkedHierarchy {
                 boxes.push(bounds);
                 instances.push(piece);
             });
+        }
+        for plant in &scene.plants {
+            let Some(blas) = scene.plant_blas(plant) else { continue };
+            let geometry = Instance {
+                id: ObjectId::from_index(plant.object).instance(),
+                lights: lights::PARKED,
+                ..Instance::zeroed()
+            };
+            let (bounds, piece) = geometry.placed(scene, blas, &plant.world_from_model());
+            boxes.push(bounds);
+            instances.push(Instance { size_squared: plant.scale * plant.scale, ..piece });
         }
         let top = over_boxes(&boxes);
         let mut nodes = vec![Node::JOIN];

@@ -6,7 +6,7 @@ use glam::{Quat, Vec3};
 use mesh::Mesh;
 use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
-use town::{Geometry, Rig};
+use town::{Geometry, Plant, Rig};
 
 use crate::{
     bvh::{Hierarchy, Link, Node},
@@ -124,23 +124,31 @@ pub struct Scene {
     pub(crate) nodes: Vec<Node>,
     /// The same hierarchies with eight children per node.
     pub(crate) wide: Vec<WideNode>,
-    /// Largest absolute coordinate of the town and of the blueprints, at least 1000 m. Bounds
-    /// rounding errors.
+    /// Largest absolute coordinate of the town and of the blueprints, at least 1000 m, in the space of
+    /// the smallest plant. Bounds rounding errors.
     pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
-    /// Normals at the corners of the triangles of the blueprints, which follow those of the town.
+    /// Normals at the corners of the triangles of the blueprints.
     pub(crate) smooth: Vec<CornerNormals>,
+    /// First triangle of the blueprints; those of the town and of the models of plants lie before.
+    pub(crate) smooth_from: u32,
     /// Walls with windows; index 0 is [`Wall::NONE`].
     pub(crate) walls: Vec<Wall>,
     pub(crate) town_blas: Blas,
-    /// Numbers of nodes, wide nodes and triangles of the town; those of the blueprints follow.
+    /// Numbers of nodes, wide nodes and triangles of the town; those of the models of plants and of
+    /// the blueprints follow.
     pub(crate) town_ends: [u32; 3],
-    /// Hierarchies of every piece of every blueprint, then those of whole parked blueprints.
+    /// Hierarchies of every piece of every blueprint, then those of whole parked blueprints, then
+    /// those of the models of plants.
     pub(crate) blases: Vec<Blas>,
     /// Geometry by index of the blueprint.
     pub(crate) geometries: Vec<BlueprintGeometry>,
     /// Parked vehicles, which never move.
     pub(crate) parked: Vec<ActorState>,
+    /// Models of plants, in ascending order.
+    pub(crate) plant_models: Vec<u32>,
+    /// Trees and bushes.
+    pub(crate) plants: Vec<Plant>,
 }
 
 impl Scene {
@@ -152,7 +160,8 @@ impl Scene {
     pub fn new(static_mesh: &Mesh, blueprints: &[BlueprintMesh]) -> Result<Scene, SceneError> {
         let meshes: Vec<&Mesh> = blueprints.iter().map(|blueprint| blueprint.mesh).collect();
         let geometry = |first_blas| BlueprintGeometry { first_blas, rig: None, whole: None };
-        Scene::from_pieces(static_mesh, &meshes, (0..meshes.len() as u32).map(geometry).collect())
+        let geometries = (0..meshes.len() as u32).map(geometry).collect();
+        Scene::from_pieces(static_mesh, &[], &meshes, geometries)
     }
 
     /// Builds the scene of a town and of every blueprint of the catalogue.
@@ -169,13 +178,14 @@ impl Scene {
         replaced: &[Replaced],
     ) -> Result<Scene, SceneError> {
         let parked = town.parked.iter().map(|one| parked_actor(town, one)).collect();
-        Scene::with_catalogue(&town.mesh, parked, replaced)
+        Scene::with_catalogue(&town.mesh, &town.plants, parked, replaced)
     }
 
-    /// Builds the scene of a static mesh and of every blueprint of the catalogue, in the pieces
-    /// that move.
+    /// Builds the scene of a static mesh, of plants, and of every blueprint of the catalogue, in the
+    /// pieces that move.
     pub(crate) fn with_catalogue(
         static_mesh: &Mesh,
+        plants: &[Plant],
         parked: Vec<ActorState>,
         replaced: &[Replaced],
     ) -> Result<Scene, SceneError> {
@@ -189,15 +199,22 @@ impl Scene {
         let wholes = kinds.iter().map(|kind| &looks[*kind as usize].whole);
         let meshes: Vec<&Mesh> =
             looks.iter().flat_map(|looks| &looks.pieces).chain(wholes).collect();
-        Ok(Scene { parked, ..Scene::from_pieces(static_mesh, &meshes, geometries)? })
+        Ok(Scene { parked, ..Scene::from_pieces(static_mesh, plants, &meshes, geometries)? })
     }
 
     fn from_pieces(
         static_mesh: &Mesh,
+        plants: &[Plant],
         pieces: &[&Mesh],
         geometries: Vec<BlueprintGeometry>,
     ) -> Result<Scene, SceneError> {
-        let counts = pieces.iter().map(|piece| piece.triangles.len());
+        let mut plant_models: Vec<u32> = plants.iter().map(|plant| plant.model).collect();
+        plant_models.sort_unstable();
+        plant_models.dedup();
+        plant_models.retain(|model| *model < town::plant_count());
+        let models: Vec<&Mesh> =
+            plant_models.par_iter().filter_map(|model| town::plant_mesh(*model)).collect();
+        let counts = models.iter().chain(pieces).map(|piece| piece.triangles.len());
         check_count(static_mesh.triangles.len() + counts.sum::<usize>(), TRIANGLES_MAX)?;
         let mut scene = Scene {
             serial: new_serial(),
@@ -206,20 +223,31 @@ impl Scene {
             reach: 1000.0,
             triangles: Vec::new(),
             smooth: Vec::new(),
+            smooth_from: 0,
             walls: vec![Wall::NONE],
             town_blas: Blas::EMPTY,
             town_ends: [0; 3],
-            blases: Vec::with_capacity(pieces.len()),
+            blases: Vec::new(),
             geometries,
             parked: Vec::new(),
+            plant_models,
+            plants: plants.to_vec(),
         };
-        let (town_blas, looks) = rayon::join(
+        let (town_blas, (models, looks)) = rayon::join(
             || Part::new(static_mesh),
-            || pieces.par_iter().map(|mesh| Part::new(mesh).smooth()).collect::<Vec<_>>(),
+            || {
+                let models: Vec<Part> = models.par_iter().map(|mesh| Part::new(mesh)).collect();
+                let looks = pieces.par_iter().map(|mesh| Part::new(mesh).smooth());
+                (models, looks.collect::<Vec<_>>())
+            },
         );
         scene.town_blas = scene.add(town_blas);
         let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
+        let models: Vec<Blas> = models.into_iter().map(|part| scene.add(part)).collect();
+        scene.smooth_from = scene.triangles.len() as u32;
         scene.blases = looks.into_iter().map(|part| scene.add(part)).collect();
+        scene.blases.extend(models);
+        scene.reach_into_plants();
         let town_wide = scene.widen_town(ends[1]);
         let Scene { nodes, wide, blases, .. } = &mut scene;
         for blas in blases {
@@ -242,13 +270,14 @@ impl Scene {
 
     /// Builds the scene of another state of the same town, and reuses the blueprint geometry of
     /// this scene. Returns `None` if the town parks a blueprint whose whole hierarchy this scene
-    /// lacks.
+    /// lacks, or has a plant whose model it lacks.
     ///
     /// # Errors
     /// As [`Scene::new`].
     pub(crate) fn with_town(&self, town: &town::Town) -> Result<Option<Scene>, SceneError> {
         let is_known = |one: &town::Parked| self.geometries[one.blueprint as usize].whole.is_some();
-        if !town.parked.iter().all(is_known) {
+        let has_model = |one: &Plant| self.plant_models.binary_search(&one.model).is_ok();
+        if !town.parked.iter().all(is_known) || !town.plants.iter().all(has_model) {
             return Ok(None);
         }
         let blueprints = self.triangles.len() - self.town_ends[2] as usize;
@@ -260,20 +289,25 @@ impl Scene {
             reach: self.blases.iter().fold(1000.0, |reach, blas| reach.max(blas.reach())),
             triangles: Vec::new(),
             smooth: self.smooth.clone(),
+            smooth_from: 0,
             walls: vec![Wall::NONE],
             town_blas: Blas::EMPTY,
             town_ends: [0; 3],
             blases: Vec::new(),
             geometries: self.geometries.clone(),
             parked: town.parked.iter().map(|one| parked_actor(town, one)).collect(),
+            plant_models: self.plant_models.clone(),
+            plants: town.plants.clone(),
         };
         scene.town_blas = scene.add(Part::new(&town.mesh));
+        scene.reach_into_plants();
         let triangle_end = scene.triangles.len() as u32;
         let wide_end = scene.widen_town(triangle_end);
         scene.town_ends = [scene.nodes.len() as u32, wide_end, triangle_end];
         let [nodes, wide, triangles] = self.town_ends.map(|end| end as usize);
         let [by_nodes, by_wide, by_triangles] =
             [0, 1, 2].map(|kind: usize| scene.town_ends[kind].wrapping_sub(self.town_ends[kind]));
+        scene.smooth_from = self.smooth_from.wrapping_add(by_triangles);
         let node = |node: &Node| node.moved(by_nodes, by_triangles);
         scene.nodes.extend(self.nodes[nodes..].iter().map(node));
         scene.wide.extend(self.wide[wide..].iter().map(|node| node.moved(by_wide, by_triangles)));
@@ -287,8 +321,20 @@ impl Scene {
         Ok(Some(scene))
     }
 
+    /// Makes the largest coordinate hold in the spaces of plants that are smaller than their models.
+    fn reach_into_plants(&mut self) {
+        let smallest = self.plants.iter().map(|plant| plant.scale).fold(1.0, f32::min);
+        self.reach /= smallest.max(0.01);
+    }
+
+    /// Returns the index of the hierarchy of a plant's model.
+    pub(crate) fn plant_blas(&self, plant: &Plant) -> Option<u32> {
+        let model = self.plant_models.binary_search(&plant.model).ok()?;
+        Some((self.blases.len() - self.plant_models.len() + model) as u32)
+    }
+
     /// Returns the number of triangles in memory: those of the town, and those of each blueprint
-    /// once.
+    /// and of each model of a plant once.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
     }

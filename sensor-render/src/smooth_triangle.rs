@@ -18,13 +18,13 @@ pub(crate) struct SmoothTriangle {
 }
 
 impl SmoothTriangle {
-    /// Returns the triangle of an instance; `None` for those of the town, which are flat.
+    /// Returns the triangle of a blueprint; `None` for those of the town and of plants, which are flat.
     #[inline]
     pub(crate) fn of(scene: &Scene, world: &World, triangle: u32, instance: u32) -> Option<Self> {
         if instance == NONE {
             return None;
         }
-        let words = scene.smooth.get((triangle - scene.town_ends[2]) as usize)?;
+        let words = scene.smooth.get(triangle.checked_sub(scene.smooth_from)? as usize)?;
         let triangle = &scene.triangles[triangle as usize];
         let [x, y, z] = world.instances[instance as usize].actor_from_world;
         let rows = [x, y, z].map(|row| Vec3::new(row[0], row[1], row[2]));

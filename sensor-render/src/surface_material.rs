@@ -80,19 +80,23 @@ impl SurfaceMaterial {
             let [red, green, blue, _] = paint.to_le_bytes().map(|c| f32::from(c) * (1.0 / 255.0));
             albedo = linear(Vec3::new(red, green, blue));
         }
-        let tint = u32::from(triangle.tint());
-        if tint != 0 {
+        let foliage = code == Material::Leaves as usize || code == Material::Needles as usize;
+        let own = u32::from(triangle.tint());
+        if own != 0 {
             albedo = linear(Vec3::new(
-                (tint >> 11) as f32 * (1.0 / 31.0),
-                (tint >> 5 & 63) as f32 * (1.0 / 63.0),
-                (tint & 31) as f32 * (1.0 / 31.0),
+                (own >> 11) as f32 * (1.0 / 31.0),
+                (own >> 5 & 63) as f32 * (1.0 / 63.0),
+                (own & 31) as f32 * (1.0 / 31.0),
             ));
+            if foliage {
+                // Plants of the same model differ.
+                albedo *= tint;
+            }
         }
         let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
         let (mut along, mut up) = (Vec3::X, Vec3::Y);
         let flat = normal.x * normal.x + normal.y * normal.y;
         // Surfaces steeper than about 26 degrees have an upward axis.
-        let foliage = code == Material::Leaves as usize || code == Material::Needles as usize;
         if foliage {
             // Neighbouring facets of a tree crown share their axes.
             let [x, y, z] = normal.abs().to_array();

@@ -15,6 +15,7 @@ mod motion;
 mod overlay;
 mod parked;
 mod pieces;
+mod plants;
 mod quality;
 mod reflections;
 mod street_lights;

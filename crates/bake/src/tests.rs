@@ -353,6 +353,10 @@ fn a_baked_town_reads_back_unchanged() {
     let mut other = bytes.clone();
     other[8] += 1;
     assert!(matches!(town_from_bytes(&other), Err(TownError::Version { .. })));
+    let mut unknown = town.clone();
+    unknown.plants[0].model = town::plant_count();
+    let damaged = town_from_bytes(&town_to_bytes(&unknown)).err();
+    assert_eq!(damaged, Some(TownError::Damaged { part: "plants" }));
 }
 
 #[test]

@@ -3,11 +3,11 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use mesh::{Face, Mesh, Tag};
-use town::{Collider, Head, Lamp, Layer, Object, Parked, Town};
+use town::{Collider, Head, Lamp, Layer, Object, Parked, Plant, Town};
 
 /// The version of the layout below. It changes with the layout, and with every change of what is
 /// built from a map.
-pub const TOWN_VERSION: u64 = 5;
+pub const TOWN_VERSION: u64 = 6;
 
 const MAGIC: [u8; 8] = *b"omnitown";
 
@@ -48,6 +48,7 @@ struct Header {
     colliders: u64,
     lamps: u64,
     parked: u64,
+    plants: u64,
     heads: u64,
 }
 
@@ -86,9 +87,10 @@ pub fn town_to_bytes(town: &Town) -> Vec<u8> {
         colliders: town.colliders.len() as u64,
         lamps: town.lamps.len() as u64,
         parked: town.parked.len() as u64,
+        plants: town.plants.len() as u64,
         heads: town.heads.len() as u64,
     };
-    let parts: [&[u8]; 9] = [
+    let parts: [&[u8]; 10] = [
         bytemuck::bytes_of(&header),
         bytemuck::cast_slice(&town.mesh.positions),
         bytemuck::cast_slice(&town.mesh.triangles),
@@ -97,6 +99,7 @@ pub fn town_to_bytes(town: &Town) -> Vec<u8> {
         bytemuck::cast_slice(&town.colliders),
         bytemuck::cast_slice(&town.lamps),
         bytemuck::cast_slice(&town.parked),
+        bytemuck::cast_slice(&town.plants),
         bytemuck::cast_slice(&town.heads),
     ];
     parts.concat()
@@ -128,6 +131,7 @@ pub fn town_from_bytes(bytes: &[u8]) -> Result<Town, TownError> {
         colliders: take::<Collider>(&mut rest, header.colliders, "colliders")?,
         lamps: take::<Lamp>(&mut rest, header.lamps, "lamps")?,
         parked: take::<Parked>(&mut rest, header.parked, "parked cars")?,
+        plants: take::<Plant>(&mut rest, header.plants, "plants")?,
         heads: take::<Head>(&mut rest, header.heads, "heads")?,
     };
     let corners = town.mesh.positions.len() as u32;
@@ -143,6 +147,11 @@ pub fn town_from_bytes(bytes: &[u8]) -> Result<Town, TownError> {
     let known = |one: &Parked| one.object < objects && one.blueprint < blueprints;
     if !town.parked.iter().all(known) {
         return Err(damaged("parked cars"));
+    }
+    let known =
+        |one: &Plant| one.object < objects && one.scale > 0.0 && one.model < town::plant_count();
+    if !town.plants.iter().all(known) {
+        return Err(damaged("plants"));
     }
     if !town.colliders.iter().all(|one| one.object < objects) {
         return Err(damaged("colliders"));

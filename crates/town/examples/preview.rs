@@ -22,8 +22,10 @@ fn main() {
         ["fleet", out] => fleet(out),
         ["blueprint", id, out] => one(id, out),
         ["roads", map, out] => from_above(&road::surface_mesh(&network(map), 2.0), out),
-        ["plan", map, out] => from_above(&furnished(map).mesh, out),
-        ["part", map, x, y, reach, out] => part(&furnished(map).mesh, [x, y, reach], out),
+        ["plan", map, out] => from_above(&furnished(map).assembled_mesh(), out),
+        ["part", map, x, y, reach, out] => {
+            part(&furnished(map).assembled_mesh(), [x, y, reach], out)
+        }
         ["street", map, lane, out] => street(map, lane, out),
         ["time", map] => time(map),
         _ => eprintln!("see the head of examples/preview.rs"),
@@ -156,7 +158,7 @@ fn part(mesh: &Mesh, numbers: [&str; 3], out: &str) {
 /// From the driver's position at the spawn points, from number `first` on.
 fn street(map: &str, first: &str, out: &str) {
     let network = network(map);
-    let town = furnished(map);
+    let mesh = furnished(map).assembled_mesh();
     let spawns = network.spawn_points();
     let first: usize = first.parse().expect("a number");
     let (width, height) = (900, 520);
@@ -168,7 +170,7 @@ fn street(map: &str, first: &str, out: &str) {
         let camera = directx::perspective(1.0, width as f32 / height as f32, 0.3, 2500.0)
             * view::look_at_mat4(eye, eye + ahead, Vec3::Z);
         let corner = [view % 2 * width, view / 2 * height];
-        picture.draw(&town.mesh, corner, [width, height], camera, [160, 40, 40]);
+        picture.draw(&mesh, corner, [width, height], camera, [160, 40, 40]);
     }
     picture.save(out);
 }

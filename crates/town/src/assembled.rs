@@ -5,6 +5,7 @@ use mesh::{Face, Mesh};
 
 use crate::{
     catalogue::{blueprint, catalogue},
+    plants::{coarse_mesh, plant_mesh},
     static_world::Town,
 };
 
@@ -12,12 +13,12 @@ use crate::{
 const TRAFFIC_LIGHT: &str = "traffic.traffic_light";
 
 impl Town {
-    /// Everything that stands in the town without an actor being spawned: the static mesh, the
+    /// Everything that stands in the town without an actor being spawned: the static mesh, plants,
     /// parked cars, and the lamp boxes of traffic lights. World space.
     ///
-    /// Faces of parked cars name their objects; those of lamp boxes name object 0.
+    /// Faces of plants and of parked cars name their objects; those of lamp boxes name object 0.
     pub fn assembled_mesh(&self) -> Mesh {
-        let mut whole = self.mesh.clone();
+        let mut whole = self.with_plants(plant_mesh);
         for parked in &self.parked {
             let rotation = Quat::from_array(parked.rotation);
             let world_from_actor = Affine3A::from_rotation_translation(rotation, parked.position);
@@ -29,6 +30,21 @@ impl Town {
                 let rotation = Quat::from_axis_angle(Vec3::Z, head.yaw_rad);
                 let world_from_actor = Affine3A::from_rotation_translation(rotation, head.position);
                 append(&mut whole, light.mesh(), world_from_actor, 0);
+            }
+        }
+        whole
+    }
+
+    /// The static mesh with a coarse mesh of each plant: a trunk and a closed crown. World space.
+    pub fn mesh_with_coarse_plants(&self) -> Mesh {
+        self.with_plants(coarse_mesh)
+    }
+
+    fn with_plants(&self, mesh: impl Fn(u32) -> Option<&'static Mesh>) -> Mesh {
+        let mut whole = self.mesh.clone();
+        for plant in &self.plants {
+            if let Some(model) = mesh(plant.model) {
+                append(&mut whole, model, plant.world_from_model(), plant.object + 1);
             }
         }
         whole

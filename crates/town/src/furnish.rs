@@ -23,7 +23,6 @@ mod signals;
 mod street;
 mod structures;
 mod terrain;
-mod tree;
 mod window;
 mod works;
 
@@ -33,7 +32,7 @@ mod tests;
 use road::Network;
 
 use crate::{
-    furnish::{green::TreeModels, plan::Plan, scene::Scene},
+    furnish::{plan::Plan, scene::Scene},
     static_world::{Detail, Town},
 };
 
@@ -55,18 +54,17 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let frontages = frontage::frontages(network);
     let outlines = std::mem::take(&mut plan.outlines);
     let density = std::mem::take(&mut plan.density);
-    let tree_models = TreeModels::new(seed, detail);
 
     // Earlier steps have priority: signals stand where the map says.
     signals::furnish(&mut plan, &mut scene);
     let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);
     works::diggings(&mut plan, &mut scene, &frontages, &density);
-    street::furnish(&mut plan, &mut scene, &frontages, &density, &tree_models);
+    street::furnish(&mut plan, &mut scene, &frontages, &density);
     parked::park(&mut plan, &mut scene, &gardens);
     works::sites(&mut plan, &mut scene, &gardens);
     leisure::backyards(&mut plan, &mut scene, &gardens);
     leisure::parks(&mut plan, &mut scene, &density);
-    green::gardens(&mut plan, &mut scene, &gardens, &tree_models);
-    green::open_ground(&mut plan, &mut scene, &density, &tree_models);
+    green::gardens(&mut plan, &mut scene, &gardens);
+    green::open_ground(&mut plan, &mut scene, &density);
     scene.finish()
 }

@@ -10,6 +10,7 @@ mod assembled;
 mod catalogue;
 mod furnish;
 mod mesh_builder;
+mod plants;
 mod static_world;
 mod visible;
 
@@ -18,4 +19,5 @@ pub use catalogue::{
     MeshError, Motion, Posture, Rig, Skeleton, Wheel, blueprint, catalogue, replaced, stride_m,
 };
 pub use furnish::{furnish, furnish_with};
-pub use static_world::{Collider, Detail, Head, Lamp, Layer, Object, Parked, Town};
+pub use plants::{plant_count, plant_mesh};
+pub use static_world::{Collider, Detail, Head, Lamp, Layer, Object, Parked, Plant, Town};

@@ -1,7 +1,7 @@
 //! The static world: ground, objects, colliders, lamps.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Affine3A, Quat, Vec3};
 use mesh::{Mesh, Tag};
 
 /// The level of detail of trees and buildings.
@@ -11,7 +11,8 @@ pub enum Detail {
     Low,
     /// The default.
     Standard,
-    /// About three times the triangles of [`Detail::Standard`].
+    /// Buildings of about three times the triangles of [`Detail::Standard`], and fine trees far from
+    /// roads too.
     High,
 }
 
@@ -64,8 +65,8 @@ impl Layer {
 /// The static world around a road network.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Town {
-    /// All static triangles: roads, terrain, buildings, trees. `Face.object` is 0 on roads and
-    /// ground, otherwise one more than the index in `objects`.
+    /// All static triangles but those of plants: roads, terrain, buildings. `Face.object` is 0 on
+    /// roads and ground, otherwise one more than the index in `objects`.
     pub mesh: Mesh,
     /// All objects on the ground.
     pub objects: Vec<Object>,
@@ -75,14 +76,16 @@ pub struct Town {
     pub lamps: Vec<Lamp>,
     /// Parked cars. They are not part of `mesh`.
     pub parked: Vec<Parked>,
+    /// Trees and bushes. They are not part of `mesh`, except in towns of low detail.
+    pub plants: Vec<Plant>,
     /// The positions of traffic light boxes, for actors of `traffic.traffic_light`.
     pub heads: Vec<Head>,
 }
 
 impl Town {
     /// Returns the part that decides physics: roads and ground of the mesh, solid boxes, lamps and
-    /// heads of traffic lights. Objects keep their numbers; their triangles and parked cars are left
-    /// out.
+    /// heads of traffic lights. Objects keep their numbers; their triangles, parked cars and plants are
+    /// left out.
     pub fn without_scenery(&self) -> Town {
         let mut mesh = Mesh::default();
         let mut renumbered = vec![u32::MAX; self.mesh.positions.len()];
@@ -105,6 +108,7 @@ impl Town {
             colliders: self.colliders.clone(),
             lamps: self.lamps.clone(),
             parked: Vec::new(),
+            plants: Vec::new(),
             heads: self.heads.clone(),
         }
     }
@@ -175,4 +179,28 @@ pub struct Parked {
     pub position: Vec3,
     /// `world_from_actor` as a quaternion: x, y, z, w.
     pub rotation: [f32; 4],
+}
+
+/// A tree or a bush, with a mesh that it shares with others. World space, metres and radians.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Plant {
+    /// The model; see [`crate::plant_mesh`].
+    pub model: u32,
+    /// The index of its object in [`Town::objects`].
+    pub object: u32,
+    /// The position of the model's origin.
+    pub position: Vec3,
+    /// The rotation about z.
+    pub yaw_rad: f32,
+    /// The size relative to that of the model.
+    pub scale: f32,
+}
+
+impl Plant {
+    /// Returns the transform from the space of the model to world space.
+    pub fn world_from_model(&self) -> Affine3A {
+        let turn = Quat::from_rotation_z(self.yaw_rad);
+        Affine3A::from_scale_rotation_translation(Vec3::splat(self.scale), turn, self.position)
+    }
 }

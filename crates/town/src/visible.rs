@@ -17,6 +17,7 @@ impl Town {
             colliders: self.colliders.clone(),
             lamps: self.lamps.clone(),
             parked: self.parked.clone(),
+            plants: self.plants.clone(),
             heads: self.heads.clone(),
         };
         for (triangle, face) in self.mesh.triangles.iter().zip(&self.mesh.faces) {
@@ -27,6 +28,7 @@ impl Town {
         town.colliders.retain(|one| is_on(one.object));
         town.lamps.retain(|one| is_on(one.object));
         town.parked.retain(|one| is_on(one.object));
+        town.plants.retain(|one| is_on(one.object));
         town
     }
 }

@@ -127,7 +127,8 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
         RayPacket {
             origin: turn(self.origin) + Vec3::new(x[3], y[3], z[3]),
             corners: [0, 1, 2, 3].map(|corner| turn(self.corners[corner])),
-            axis: turn(self.axis),
+            // Along the axis, distances in a larger piece are as many times shorter as the directions.
+            axis: turn(self.axis) * instance.size_squared,
             directions,
         }
     }

@@ -27,7 +27,7 @@ pub(crate) fn check_scene(scene: &Scene) -> Result<(), String> {
     let primitives = scene.triangles.len();
     let roots = scene.blases.iter().chain([&scene.town_blas]).map(|blas| blas.root);
     check_hierarchy("scene", &scene.nodes, roots, primitives, DEPTH_MAX)?;
-    let normals = scene.triangles.len() - (scene.town_ends[2] as usize).min(scene.triangles.len());
+    let normals = scene.triangles.len() - (scene.smooth_from as usize).min(scene.triangles.len());
     if scene.smooth.len() != normals {
         return Err(format!(
             "the scene has normals for {} of the {normals} triangles of blueprints",

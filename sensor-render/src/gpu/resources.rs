@@ -142,7 +142,7 @@ impl GpuResources {
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
             overlay: self.upload_overlay(gpu, &world.overlay),
-            town: [scene.town_ends[2], 0, 0, 0],
+            town: [scene.smooth_from, 0, 0, 0],
             samples: SAMPLES,
         };
         if !Arc::ptr_eq(&self.street_lights, &world.street_lights) {

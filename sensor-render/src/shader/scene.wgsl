@@ -31,9 +31,9 @@ struct Instance {
     color: u32,
     lights: u32,
     blas: u32,
+    size_squared: f32,
     reserved0: u32,
     reserved1: u32,
-    reserved2: u32,
 }
 
 struct Camera {

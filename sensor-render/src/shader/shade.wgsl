@@ -132,7 +132,7 @@ fn rippled(at: vec3f, normal: vec3f, r: vec3f) -> vec3f {
 // Normal between those of the corners of a triangle of an actor, towards the camera, unless the camera
 // looked at its back; `flat_normal` is that of the triangle.
 fn smooth_normal_of(hit: Hit, view: vec3f, flat_normal: vec3f) -> vec3f {
-    if (hit.instance == NONE) {
+    if (hit.instance == NONE || hit.triangle < frame.town.x) {
         return flat_normal;
     }
     let words = corner_normals[hit.triangle - frame.town.x];

@@ -130,7 +130,9 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     let seed = mixed(owner);
     let pale = (f32(seed & 255u) * (1.0 / 255.0) - 0.5) * parameters.w;
     let warm = (f32((seed >> 8u) & 255u) * (1.0 / 255.0) - 0.5) * parameters.w;
-    var albedo = color.xyz * vec3f(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
+    let variation = vec3f(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
+    let foliage = code == LEAVES || code == NEEDLES;
+    var albedo = color.xyz * variation;
     if (code == CAR_PAINT) {
         var paints = PAINTS;
         var paint = paints[(seed >> 16u) & 7u];
@@ -146,12 +148,15 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
             f32((tint >> 5u) & 63u) * (1.0 / 63.0),
             f32(tint & 31u) * (1.0 / 31.0),
         ));
+        if (foliage) {
+            albedo *= variation;
+        }
     }
     let normal = cross(row1.xyz, row2.xyz);
     var along = vec3f(1.0, 0.0, 0.0);
     var up = vec3f(0.0, 1.0, 0.0);
     let flat_ = normal.x * normal.x + normal.y * normal.y;
-    if (code == LEAVES || code == NEEDLES) {
+    if (foliage) {
         let n = abs(normal);
         if (n.x >= max(n.y, n.z)) {
             along = vec3f(0.0, 1.0, 0.0);

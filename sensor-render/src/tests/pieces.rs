@@ -39,7 +39,7 @@ const AMBER: fn([u8; 4]) -> bool = |[r, g, b, _]| r > 220 && (110..235).contains
 
 #[test]
 fn lamps_shine_if_their_bits_are_set() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
+    let scene = Scene::with_catalogue(&Mesh::default(), &[], Vec::new(), &[]).unwrap();
     let with = |lamps: u32| look(&scene, ActorState { lamps, ..tail() }, 0);
     let dark = with(0);
     assert!(columns_of(&dark, MODEL3_RED).is_empty() && columns_of(&dark, AMBER).is_empty());
@@ -58,7 +58,7 @@ fn lamps_shine_if_their_bits_are_set() {
 
 #[test]
 fn indicators_blink_with_simulated_time() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
+    let scene = Scene::with_catalogue(&Mesh::default(), &[], Vec::new(), &[]).unwrap();
     let lit = |millis: u64| {
         let actor = ActorState { lamps: lamp::LEFT_BLINKER, ..tail() };
         !columns_of(&look(&scene, actor, millis * 1_000_000), AMBER).is_empty()
@@ -68,7 +68,7 @@ fn indicators_blink_with_simulated_time() {
 
 #[test]
 fn only_the_wheels_of_a_rolling_car_change_in_the_image() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
+    let scene = Scene::with_catalogue(&Mesh::default(), &[], Vec::new(), &[]).unwrap();
     let side = Pose::level(Vec3::new(5.0, 0.0, 0.0), std::f32::consts::FRAC_PI_2);
     let still = actor("vehicle.tesla.model3", side);
     let rest = look(&scene, still, 0);
@@ -90,7 +90,7 @@ fn only_the_wheels_of_a_rolling_car_change_in_the_image() {
 
 #[test]
 fn an_open_door_widens_the_silhouette_of_the_car() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
+    let scene = Scene::with_catalogue(&Mesh::default(), &[], Vec::new(), &[]).unwrap();
     let widest = |doors: u32| {
         let picture = look(&scene, ActorState { doors, ..tail() }, 0);
         let ids = picture.plane::<u32>(0, output::INSTANCE);
@@ -104,7 +104,7 @@ fn an_open_door_widens_the_silhouette_of_the_car() {
 
 #[test]
 fn a_walking_pedestrian_strides_and_a_standing_one_does_not() {
-    let scene = Scene::with_catalogue(&Mesh::default(), Vec::new(), &[]).unwrap();
+    let scene = Scene::with_catalogue(&Mesh::default(), &[], Vec::new(), &[]).unwrap();
     let pose = Pose::new(Vec3::new(4.0, 0.0, 0.0), Quat::from_rotation_z(1.5));
     let still = actor("walker.pedestrian.0002", pose);
     let at = |phase: u32, speed: f32| {

@@ -24,6 +24,8 @@ struct Shape {
     positions: Range<usize>,
     /// The index of the vehicle in the list of parked ones.
     parked: Option<usize>,
+    /// The index of the plant in the list of plants.
+    plant: Option<usize>,
 }
 
 /// What the box of an object says of it, in world space.
@@ -46,7 +48,12 @@ impl StaticObjects {
     }
 
     pub(crate) fn new(town: Town) -> StaticObjects {
-        let shape = |_: &town::Object| Shape { triangles: 0..0, positions: 0..0, parked: None };
+        let shape = |_: &town::Object| Shape {
+            triangles: 0..0,
+            positions: 0..0,
+            parked: None,
+            plant: None,
+        };
         let mut shapes: Vec<Shape> = town.objects.iter().map(shape).collect();
         let mut end = 0;
         for faces in town.mesh.faces.chunk_by(|a, b| a.object == b.object) {
@@ -56,10 +63,14 @@ impl StaticObjects {
             let corners = || town.mesh.triangles[triangles.clone()].iter().flatten();
             let low = corners().min().map_or(0, |low| *low as usize);
             let high = corners().max().map_or(0, |high| *high as usize + 1);
-            shapes[index as usize] = Shape { positions: low..high, triangles, parked: None };
+            let positions = low..high;
+            shapes[index as usize] = Shape { positions, triangles, parked: None, plant: None };
         }
         for (at, parked) in town.parked.iter().enumerate() {
             shapes[parked.object as usize].parked = Some(at);
+        }
+        for (at, plant) in town.plants.iter().enumerate() {
+            shapes[plant.object as usize].plant = Some(at);
         }
         StaticObjects { town, shapes }
     }
@@ -99,7 +110,12 @@ impl StaticObjects {
 
     /// Returns the mesh of the object at an index, and the transform to world space.
     pub(crate) fn mesh(&self, index: usize) -> (Part<'_>, Affine3A) {
-        let Shape { triangles, positions, parked } = &self.shapes[index];
+        let Shape { triangles, positions, parked, plant } = &self.shapes[index];
+        let plant = plant.map(|at| &self.town.plants[at]);
+        if let Some((plant, mesh)) = plant.and_then(|one| Some((one, town::plant_mesh(one.model)?)))
+        {
+            return (Part::whole(mesh), plant.world_from_model());
+        }
         match parked.map(|at| &self.town.parked[at]) {
             Some(parked) => {
                 let mesh = town::catalogue()[parked.blueprint as usize].mesh();

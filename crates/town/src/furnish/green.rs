@@ -11,73 +11,60 @@ use crate::{
         plan::Plan,
         raster::{ground, rectangle, square},
         scene::{ObjectProperties, Place, Scene},
-        tree::{Finish, Species, TreeModel, tree_models},
     },
+    plants::{Form, Species, VARIANTS, model_index, models},
     static_world::{Detail, Layer},
 };
-
-/// All tree models of the town.
-pub(super) struct TreeModels {
-    near: Vec<TreeModel>,
-    far: Vec<TreeModel>,
-}
 
 /// The least distance of simplified trees from roads. Metres.
 const FAR_M: f32 = 18.0;
 
-impl TreeModels {
-    pub(super) fn new(seed: u64, detail: Detail) -> TreeModels {
-        TreeModels {
-            near: tree_models(seed, Finish::near(detail)),
-            far: tree_models(seed, Finish::far(detail)),
-        }
+/// Plants a tree if its trunk has room: on a sidewalk or in the open, not among other objects.
+pub(super) fn plant(
+    plan: &mut Plan,
+    scene: &mut Scene,
+    species: Species,
+    at: Vec2,
+    scale: f32,
+    random: &mut RandomStream,
+) -> bool {
+    let variant = random.remainder(VARIANTS);
+    let yaw_rad = random.between(0.0, std::f32::consts::TAU);
+    let form = match plan.detail {
+        Detail::Low => Form::Coarse,
+        Detail::Standard if is_far(plan, at) => Form::Far,
+        Detail::Standard | Detail::High => Form::Near,
+    };
+    let index = model_index(species, form, variant);
+    let model = &models()[index as usize];
+    let trunk = (model.shape.trunk_radius_m * scale).max(0.3);
+    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    // Crowns may extend over sidewalks above head height, and pruned crowns over roads, but not
+    // into buildings.
+    let crown = model.shape.crown_radius_m * scale;
+    let low_crown = matches!(species, Species::Spruce | Species::Bush);
+    let room = if low_crown { crown } else { trunk };
+    let over = if species == Species::Plane { trunk } else { crown * 0.95 };
+    if !plan.raster.is_free(&square(at, room), taken)
+        || !plan.raster.is_free(&square(at, over), ground::CARRIAGEWAY)
+        || !plan.raster.is_free(&square(at, crown * 0.75), ground::BUILT)
+    {
+        return false;
     }
-
-    /// Plants a tree if its trunk has room: on a sidewalk or in the open, not among other objects.
-    pub(super) fn plant(
-        &self,
-        plan: &mut Plan,
-        scene: &mut Scene,
-        species: Species,
-        at: Vec2,
-        scale: f32,
-        random: &mut RandomStream,
-    ) -> bool {
-        let choice = random.remainder(4);
-        let turn = random.between(0.0, std::f32::consts::TAU);
-        let tree_model = if is_far(plan, at) { &self.far } else { &self.near };
-        let Some(tree_model) = tree_model.iter().filter(|one| one.species == species).nth(choice)
-        else {
-            return false;
-        };
-        let trunk = (tree_model.trunk_radius * scale).max(0.3);
-        let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
-        // Crowns may extend over sidewalks above head height, and pruned crowns over roads, but not
-        // into buildings.
-        let crown = tree_model.crown_radius * scale;
-        let low_crown = matches!(species, Species::Spruce | Species::Bush);
-        let room = if low_crown { crown } else { trunk };
-        let over = if species == Species::Plane { trunk } else { crown * 0.95 };
-        if !plan.raster.is_free(&square(at, room), taken)
-            || !plan.raster.is_free(&square(at, over), ground::CARRIAGEWAY)
-            || !plan.raster.is_free(&square(at, crown * 0.75), ground::BUILT)
-        {
-            return false;
-        }
-        plan.raster.stamp(&square(at, (crown * 0.7).max(0.5)), ground::FURNITURE);
-        let place = Place { foot: plan.foot(at), yaw_rad: turn };
-        let properties =
-            ObjectProperties { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
-        scene.add(properties, place, |builder| builder.append(&tree_model.mesh, scale));
-        if tree_model.trunk_radius > 0.0 {
-            scene.solid_post(
-                &place,
-                tree_model.trunk_radius * scale,
-                tree_model.height * scale * 0.6,
-            );
-        }
-        true
+    plan.raster.stamp(&square(at, (crown * 0.7).max(0.5)), ground::FURNITURE);
+    let place = Place { foot: plan.foot(at), yaw_rad };
+    let properties =
+        ObjectProperties { tag: Tag::Vegetation, layer: Layer::Foliage, color: [70, 110, 50] };
+    if form == Form::Coarse {
+        scene.add(properties, place, |builder| builder.append(model.mesh(), scale));
+    } else {
+        scene.plant(properties, place, index, scale);
     }
+    if model.shape.trunk_radius_m > 0.0 {
+        let (radius, height) = (model.shape.trunk_radius_m, model.shape.height_m * 0.6);
+        scene.solid_post(&place, radius * scale, height * scale);
+    }
+    true
 }
 
 /// Whether no road is near a point.
@@ -92,12 +79,7 @@ fn is_far(plan: &Plan, at: Vec2) -> bool {
 }
 
 /// Plants hedges and fences in front of houses, and trees before and behind them.
-pub(super) fn gardens(
-    plan: &mut Plan,
-    scene: &mut Scene,
-    gardens: &[Garden],
-    tree_models: &TreeModels,
-) {
+pub(super) fn gardens(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
     for (number, garden) in gardens.iter().enumerate() {
         let mut random = RandomStream::named(plan.seed, 0x6a4d + number as u64 * 16);
         let along = garden.out.perp();
@@ -134,7 +116,7 @@ pub(super) fn gardens(
                 Species::Bush,
                 Species::Bush,
             ]);
-            tree_models.plant(plan, scene, species, at, random.between(0.55, 0.9), &mut random);
+            plant(plan, scene, species, at, random.between(0.55, 0.9), &mut random);
         }
     }
 }
@@ -218,12 +200,7 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
 }
 
 /// Plants trees in courtyards, in parks, and in woods round the town.
-pub(super) fn open_ground(
-    plan: &mut Plan,
-    scene: &mut Scene,
-    density: &Density,
-    tree_models: &TreeModels,
-) {
+pub(super) fn open_ground(plan: &mut Plan, scene: &mut Scene, density: &Density) {
     let (low, high) = plan.town;
     let mut random = RandomStream::named(plan.seed, 0x9e0);
     let size = high - low;
@@ -254,7 +231,7 @@ pub(super) fn open_ground(
             };
             // A distance from roads keeps branches off cars.
             if plan.raster.is_free(&square(at, 2.5), ground::CARRIAGEWAY | ground::BUILT) {
-                tree_models.plant(plan, scene, species, at, random.between(0.7, 1.15), &mut random);
+                plant(plan, scene, species, at, random.between(0.7, 1.15), &mut random);
             }
         }
     }

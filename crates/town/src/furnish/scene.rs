@@ -4,7 +4,8 @@ use mesh::{Material, Mesh, Tag};
 use crate::{
     catalogue::Blueprint,
     mesh_builder::MeshBuilder,
-    static_world::{Collider, Head, Lamp, Layer, Object, Parked, Town},
+    plants::models,
+    static_world::{Collider, Head, Lamp, Layer, Object, Parked, Plant, Town},
 };
 
 /// The town while it is built.
@@ -132,6 +133,32 @@ impl Scene {
             color,
         });
         self.solid(&place, center - half, center + half);
+    }
+
+    /// Plants a model of [`models`] as an object.
+    pub(super) fn plant(
+        &mut self,
+        properties: ObjectProperties,
+        place: Place,
+        model: u32,
+        scale: f32,
+    ) {
+        let (low, high) = models()[model as usize].bounds();
+        self.town.plants.push(Plant {
+            model,
+            object: self.town.objects.len() as u32,
+            position: place.foot,
+            yaw_rad: place.yaw_rad,
+            scale,
+        });
+        self.town.objects.push(Object {
+            tag: properties.tag,
+            layer: properties.layer,
+            center: place.point((low + high) * (0.5 * scale)),
+            half_extents_m: (high - low) * (0.5 * scale),
+            yaw_rad: place.yaw_rad,
+            color: properties.color,
+        });
     }
 
     /// Adds a solid box to the newest object, in the object's space.

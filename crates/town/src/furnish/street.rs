@@ -7,13 +7,13 @@ use crate::{
     furnish::{
         density::{Density, FAST_MPS},
         frontage::{Frontage, STEP_M, Station},
-        green::TreeModels,
+        green::plant,
         plan::Plan,
         prop::place_prop,
         raster::{ground, square},
         scene::{ObjectProperties, Place, Scene},
-        tree::Species,
     },
+    plants::Species,
     static_world::{Detail, Lamp, Layer},
 };
 
@@ -28,7 +28,6 @@ pub(super) fn furnish(
     scene: &mut Scene,
     frontages: &[Frontage],
     density: &Density,
-    tree_models: &TreeModels,
 ) {
     for (number, frontage) in frontages.iter().enumerate() {
         let mut random = RandomStream::named(plan.seed, 0x57e + number as u64 * 16);
@@ -49,7 +48,7 @@ pub(super) fn furnish(
                 let at = station.edge - station.out * (station.walk_m - BEHIND_KERB_M - 0.5);
                 let scale = if species == Species::Plane { 1.0 } else { 0.75 };
                 let scale = scale * random.between(0.92, 1.1);
-                tree_models.plant(plan, scene, species, at, scale, &mut random);
+                plant(plan, scene, species, at, scale, &mut random);
             } else if station.walk_m > 1.8 && random.chance(0.05 * density.at(station.edge)) {
                 prop(plan, scene, station, &mut random);
             }

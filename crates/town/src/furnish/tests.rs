@@ -70,8 +70,9 @@ fn detail_changes_meshes_but_not_the_positions_of_buildings() {
     };
     assert_eq!(flat(walls(&plain)), flat(walls(&fine)));
     assert_eq!(flat(walls(&plain)), flat(walls(&coarse)));
-    assert!(plain.mesh.triangles.len() > 2 * coarse.mesh.triangles.len());
-    assert!(fine.mesh.triangles.len() > 2 * plain.mesh.triangles.len());
+    let [plain, fine, coarse] =
+        [plain, fine, coarse].map(|town| town.assembled_mesh().triangles.len());
+    assert!(plain > 2 * coarse && 2 * fine > 3 * plain, "{coarse}, {plain}, {fine} triangles");
 }
 
 /// The colliders of buildings.
@@ -258,6 +259,28 @@ fn a_town_has_objects_of_every_common_kind() {
     {
         assert!(town.objects.iter().any(|object| object.tag == tag), "no {tag:?}");
     }
+}
+
+#[test]
+fn plants_fill_their_boxes_and_are_hidden_with_their_layer() {
+    let (_, town) = default_town();
+    assert!(town.plants.len() > 200, "{} plants", town.plants.len());
+    for plant in &town.plants {
+        let object = &town.objects[plant.object as usize];
+        assert_eq!((object.tag, object.layer), (Tag::Vegetation, Layer::Foliage));
+        let mesh = crate::plant_mesh(plant.model).expect("a model");
+        let box_from_world = Quat::from_rotation_z(-object.yaw_rad);
+        let (mut low, mut high) = (Vec3::MAX, Vec3::MIN);
+        for corner in &mesh.positions {
+            let at = plant.world_from_model().transform_point3(Vec3::from_array(*corner));
+            let at = box_from_world * (at - object.center);
+            (low, high) = (low.min(at), high.max(at));
+        }
+        let off = (low + object.half_extents_m).abs().max((high - object.half_extents_m).abs());
+        assert!(off.max_element() < 0.01, "{plant:?} lies {off} off its box");
+    }
+    let bare = town.visible(|_, layer| layer == Layer::Foliage);
+    assert!(bare.plants.is_empty() && bare.objects == town.objects);
 }
 
 #[test]

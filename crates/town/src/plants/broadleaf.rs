@@ -1,0 +1,153 @@
+//! Broad-leaved trees and bushes: branches, and a leaf of two triangles for every leaf or spray.
+
+use glam::{Vec3, vec3};
+use mesh::{Material, RandomStream};
+
+use crate::mesh_builder::MeshBuilder;
+
+use super::branching::{Envelope, Joint, grow, unit};
+use super::species::Shape;
+
+/// The radius below which a branch has no geometry of its own. Metres.
+const TWIG_M: [f32; 2] = [0.016, 0.03];
+/// How many times larger and fewer the sprays of a far tree are than leaves.
+const SPRAY: f32 = 2.7;
+
+/// Builds a plant with leaves, or with sprays of leaves.
+pub(super) fn build(
+    builder: &mut MeshBuilder,
+    shape: &Shape,
+    is_near: bool,
+    random: &mut RandomStream,
+) {
+    let (center, radii) = shape.crown();
+    let leaf_m = if is_near { shape.leaf_m } else { shape.leaf_m * SPRAY };
+    let inset = radii - leaf_m.min(0.3 * radii.x) * 0.8;
+    let envelope = Envelope {
+        center,
+        radii: inset,
+        taper: shape.taper,
+        rise: shape.rise,
+        points: if is_near { 420 } else { 160 },
+        step_m: (inset.element_product()).cbrt() * if is_near { 0.13 } else { 0.2 },
+        trunk: trunk(shape, random),
+    };
+    let joints = grow(&envelope, random);
+    wood(builder, shape, &joints, is_near);
+    let crown = Crown { center, radii, shape, leaf_m };
+    let count = if is_near { shape.leaves } else { (shape.leaves as f32 / (SPRAY * SPRAY)) as u32 };
+    let ends: Vec<Vec3> = joints
+        .iter()
+        .filter(|joint| joint.to_tip <= 2 && joint.parent != 0)
+        .map(|j| j.at)
+        .collect();
+    builder.material(Material::Leaves);
+    for leaf in 0..count as usize {
+        let near = ends[leaf % ends.len()];
+        let out = random.between(0.1, 1.5) * envelope.step_m;
+        crown.leaf(builder, near + unit(random) * out, random);
+    }
+}
+
+/// The trunk from below the ground to the foot of the crown, slightly bent.
+fn trunk(shape: &Shape, random: &mut RandomStream) -> Vec<Vec3> {
+    if shape.trunk_radius_m == 0.0 {
+        return vec![Vec3::Z * -0.05, Vec3::Z * 0.08];
+    }
+    let (turn, bend) = (random.between(0.0, std::f32::consts::TAU), random.between(0.02, 0.09));
+    let top = shape.crown_from_m * 0.95;
+    let segments = 4;
+    let mut all = vec![Vec3::Z * -0.4, Vec3::Z * 0.05];
+    for segment in 1..=segments {
+        let z = top * segment as f32 / segments as f32;
+        let aside = bend * z * (z / top * 2.6 + turn).sin();
+        all.push(vec3(turn.cos() * aside, turn.sin() * aside, z));
+    }
+    all
+}
+
+/// Adds the branches as tubes.
+fn wood(builder: &mut MeshBuilder, shape: &Shape, joints: &[Joint], is_near: bool) {
+    let base_m = if shape.trunk_radius_m > 0.0 { shape.trunk_radius_m } else { 0.03 };
+    let thinnest = TWIG_M[usize::from(!is_near)].max(base_m * 0.09);
+    let radius = |index: usize| {
+        // The trunk widens at its foot and grows thinner upwards.
+        let flare = if index <= 1 && shape.trunk_radius_m > 0.0 { 1.45 } else { 1.0 };
+        let slim = 1.0 - 0.35 * (joints[index].at.z / shape.height_m).clamp(0.0, 1.0);
+        joints[index].radius * base_m * flare * slim
+    };
+    builder.tinted(Material::Bark, shape.bark);
+    for (index, joint) in joints.iter().enumerate().skip(1) {
+        let own = radius(index);
+        if own < thinnest {
+            continue;
+        }
+        // Along the thickest branch the tube continues, others start with their own radius.
+        let from = radius(joint.parent).min(own * 1.25);
+        let sides = match own {
+            _ if !is_near => 4,
+            own if own > 0.09 => 8,
+            own if own > 0.03 => 5,
+            _ => 3,
+        };
+        let (from_m, to_m) = (joints[joint.parent].at, joint.at);
+        tube(builder, [from_m, to_m + (to_m - from_m) * 0.04], [from, own], sides);
+    }
+}
+
+/// Adds an open tube.
+pub(super) fn tube(builder: &mut MeshBuilder, ends: [Vec3; 2], radii: [f32; 2], sides: u32) {
+    let turn = glam::Quat::from_rotation_arc(Vec3::Z, (ends[1] - ends[0]).normalize_or(Vec3::Z));
+    let first = builder.mesh.positions.len() as u32;
+    for side in 0..sides {
+        let angle = std::f32::consts::TAU * side as f32 / sides as f32;
+        let around = turn * vec3(angle.cos(), angle.sin(), 0.0);
+        builder.vertex(ends[0] + around * radii[0]);
+        builder.vertex(ends[1] + around * radii[1]);
+    }
+    for side in 0..sides {
+        let (own, next) = (first + side * 2, first + (side + 1) % sides * 2);
+        builder.triangle([own, next, next + 1]);
+        builder.triangle([own, next + 1, own + 1]);
+    }
+}
+
+/// The crown that leaves belong to.
+struct Crown<'a> {
+    center: Vec3,
+    radii: Vec3,
+    shape: &'a Shape,
+    leaf_m: f32,
+}
+
+impl Crown<'_> {
+    /// Adds a leaf about a point: a rhombus that mostly faces out of the crown and upwards.
+    fn leaf(&self, builder: &mut MeshBuilder, at: Vec3, random: &mut RandomStream) {
+        let offset = (at - self.center) / self.radii;
+        // A point outside of the crown moves to its surface.
+        let far = offset.length().max(1e-3);
+        let at = if far > 1.0 { self.center + offset / far * self.radii } else { at };
+        let out = (offset / self.radii).normalize_or(Vec3::Z);
+        let normal = (out * 0.8 + Vec3::Z * 0.45 + unit(random) * 0.75).normalize_or(Vec3::Z);
+        let along = (unit(random) - Vec3::Z * 0.5).reject_from_normalized(normal);
+        let along = along.normalize_or(normal.any_orthonormal_vector());
+        let size = self.leaf_m * random.between(0.7, 1.2);
+        let (long, wide) = (along * size * 0.5, normal.cross(along) * size * 0.34);
+        builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, random));
+        let fold = normal * size * 0.06;
+        let [a, b, c, d] =
+            [at - long, at + wide + fold, at + long, at - wide + fold].map(|p| builder.vertex(p));
+        builder.triangle([a, c, b]);
+        builder.triangle([a, d, c]);
+    }
+
+    /// The colour of a leaf: darker deep in the crown and at its foot, where less of the sky is seen,
+    /// and some leaves are paler or yellower.
+    fn green(&self, far: f32, up: f32, random: &mut RandomStream) -> [u8; 3] {
+        let open = 0.52 + 0.48 * far * far * (0.82 + 0.18 * up.clamp(-1.0, 1.0));
+        let bright = open * random.between(0.84, 1.12);
+        let warm = random.between(-0.07, 0.11);
+        let [r, g, b] = self.shape.green.map(f32::from);
+        [r * (1.0 + warm), g, b * (1.0 - warm)].map(|c| (c * bright).clamp(8.0, 255.0) as u8)
+    }
+}

@@ -1,0 +1,88 @@
+//! The shapes of species.
+
+use glam::{Vec3, vec3};
+
+/// The species of a plant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Species {
+    /// A street tree, pruned so that the crown starts above trucks.
+    Plane,
+    /// A round crown on a short trunk.
+    Lime,
+    /// A slender, tall tree.
+    Poplar,
+    /// A conifer with needles down to the ground.
+    Spruce,
+    /// A broad tree with a spreading crown.
+    Oak,
+    /// A bush of waist height.
+    Bush,
+}
+
+/// The shape of a species at its full size. Metres.
+#[derive(Debug)]
+pub(crate) struct Shape {
+    pub(crate) species: Species,
+    pub(crate) height_m: f32,
+    pub(crate) crown_radius_m: f32,
+    /// The radius of the trunk at breast height; 0 without a trunk.
+    pub(crate) trunk_radius_m: f32,
+    /// The height of the lowest foliage.
+    pub(super) crown_from_m: f32,
+    /// How much narrower the crown is at its top than at its middle, and how much wider at its foot.
+    pub(super) taper: f32,
+    /// The upward tendency of branches.
+    pub(super) rise: f32,
+    /// The number of leaves of a broad-leaved plant.
+    pub(super) leaves: u32,
+    /// The length of a leaf, or of a spray of needles.
+    pub(super) leaf_m: f32,
+    /// The colour of leaves in the sun, sRGB.
+    pub(super) green: [u8; 3],
+    /// The colour of the bark, sRGB.
+    pub(super) bark: [u8; 3],
+}
+
+impl Shape {
+    /// The middle of the crown, and its radii.
+    pub(super) fn crown(&self) -> (Vec3, Vec3) {
+        let half = (self.height_m - self.crown_from_m) * 0.5;
+        let wide = self.crown_radius_m;
+        (Vec3::Z * (self.crown_from_m + half), vec3(wide, wide, half))
+    }
+}
+
+/// By species.
+#[rustfmt::skip]
+pub(super) const SHAPES: [Shape; 6] = [
+    Shape {
+        species: Species::Plane, height_m: 9.8, crown_radius_m: 2.4, trunk_radius_m: 0.16,
+        crown_from_m: 4.3, taper: 0.15, rise: 0.35, leaves: 1300, leaf_m: 0.34,
+        green: [112, 136, 62], bark: [128, 118, 98],
+    },
+    Shape {
+        species: Species::Lime, height_m: 8.2, crown_radius_m: 2.7, trunk_radius_m: 0.17,
+        crown_from_m: 2.0, taper: 0.3, rise: 0.3, leaves: 1450, leaf_m: 0.33,
+        green: [98, 130, 54], bark: [92, 80, 66],
+    },
+    Shape {
+        species: Species::Poplar, height_m: 13.0, crown_radius_m: 1.7, trunk_radius_m: 0.20,
+        crown_from_m: 1.6, taper: 0.25, rise: 1.2, leaves: 1350, leaf_m: 0.30,
+        green: [106, 132, 70], bark: [112, 106, 92],
+    },
+    Shape {
+        species: Species::Spruce, height_m: 11.0, crown_radius_m: 2.4, trunk_radius_m: 0.19,
+        crown_from_m: 0.7, taper: 1.0, rise: 0.0, leaves: 0, leaf_m: 0.34,
+        green: [58, 86, 56], bark: [88, 70, 56],
+    },
+    Shape {
+        species: Species::Oak, height_m: 10.0, crown_radius_m: 4.2, trunk_radius_m: 0.32,
+        crown_from_m: 2.8, taper: 0.1, rise: 0.15, leaves: 1900, leaf_m: 0.41,
+        green: [88, 114, 46], bark: [84, 74, 60],
+    },
+    Shape {
+        species: Species::Bush, height_m: 1.3, crown_radius_m: 0.95, trunk_radius_m: 0.0,
+        crown_from_m: 0.02, taper: 0.1, rise: 0.5, leaves: 420, leaf_m: 0.16,
+        green: [84, 116, 52], bark: [84, 72, 56],
+    },
+];
