@@ -5,6 +5,7 @@
 mod attribute;
 mod blueprint;
 mod car;
+mod face;
 mod fittings;
 mod fleet;
 mod geometry;

@@ -6,6 +6,7 @@ use mesh::{Material, Mesh, Tag};
 use crate::{
     catalogue::{
         blueprint::{Blueprint, Kind},
+        face,
         mesh_source::MeshSource,
         rig::{Joint, Motion, Rig},
         skeleton::{Skeleton, bone},
@@ -201,6 +202,8 @@ pub(super) fn build_mesh(number: usize) -> Mesh {
 
 /// Builds a person at rest, facing along x.
 struct Figure {
+    /// The index in [`PEOPLE`], by which details vary.
+    number: usize,
     person: &'static Person,
     bones: Skeleton,
     height: f32,
@@ -210,7 +213,7 @@ impl Figure {
     fn new(number: usize) -> Figure {
         let person = &PEOPLE[number];
         let height = person.height_m;
-        Figure { person, bones: Skeleton::new(height, person.girth), height }
+        Figure { number, person, bones: Skeleton::new(height, person.girth), height }
     }
 
     fn at(&self, bone: usize) -> Vec3 {
@@ -259,6 +262,15 @@ impl Figure {
     /// The thickness of the arms relative to an average person.
     fn sleeve(&self) -> f32 {
         (0.5 + 0.5 * self.person.girth) * if self.is_bulky() { 1.18 } else { 1.0 }
+    }
+
+    /// The breadth of shoulders, waist and hips relative to the mean of both sexes.
+    fn breadths(&self) -> [f32; 3] {
+        match (self.person.is_child, self.person.is_female) {
+            (true, _) => [0.96, 1.04, 0.96],
+            (_, true) => [0.94, 0.90, 1.06],
+            (_, false) => [1.06, 1.03, 0.95],
+        }
     }
 
     fn color(&self, which: usize) -> [u8; 3] {
@@ -320,14 +332,15 @@ impl Figure {
     fn hips(&self, builder: &mut MeshBuilder) {
         builder.object(0);
         self.lower(builder);
+        let [_, waist, hips] = self.breadths();
         self.trunk(
             builder,
             &[
                 [0.470, 0.060, 0.045, 0.0],
-                [0.490, 0.090, 0.060, -0.004],
-                [0.530, 0.098, 0.068, -0.006],
+                [0.490, 0.090 * hips, 0.060, -0.004],
+                [0.530, 0.098 * hips, 0.068, -0.006],
                 [0.575, 0.088, 0.060, -0.002],
-                [0.600, 0.084, 0.056, 0.0],
+                [0.600, 0.084 * waist, 0.056, 0.0],
             ],
         );
         if let Some((hem, reach, is_upper)) = self.hem() {
@@ -357,20 +370,38 @@ impl Figure {
         self.upper(builder);
         let bust = if self.person.is_female && !self.person.is_child { 0.010 } else { 0.0 };
         let bulk = if self.is_bulky() { 1.08 } else { 1.0 };
+        let [shoulders, waist, _] = self.breadths();
         self.trunk(
             builder,
             &[
-                [0.585, 0.086 * bulk, 0.059 * bulk, 0.0],
-                [0.630, 0.084 * bulk, 0.057 * bulk, 0.002],
+                [0.560, 0.091 * bulk, 0.064 * bulk, -0.002],
+                [0.585, 0.087 * bulk * waist, 0.060 * bulk, 0.0],
+                [0.630, 0.084 * bulk * waist, 0.057 * bulk, 0.002],
                 [0.700, 0.098 * bulk, 0.064 * bulk + bust, 0.002 + bust * 0.6],
-                [0.745, 0.106 * bulk, 0.066 * bulk + bust, 0.002 + bust * 0.8],
-                [0.790, 0.108 * bulk, 0.058 * bulk, -0.002],
-                [0.815, 0.096, 0.046, -0.004],
+                [0.745, 0.105 * bulk * shoulders, 0.066 * bulk + bust, 0.002 + bust * 0.8],
+                [0.790, 0.106 * bulk * shoulders, 0.058 * bulk, -0.002],
+                [0.815, 0.094 * shoulders, 0.046, -0.004],
                 [0.832, 0.060, 0.036, -0.002],
                 [0.840, 0.034, 0.030, 0.0],
             ],
         );
         let h = self.height;
+        if matches!(self.person.top, Top::Shirt | Top::Sleeves) && self.number % 3 == 1 {
+            // A broad stripe across the chest.
+            builder.tinted(Material::Cloth, COLORS[(self.person.colors[0] + 5) % 16]);
+            self.trunk(
+                builder,
+                &[
+                    [0.690, 0.0975, 0.0645 + bust, 0.002 + bust * 0.5],
+                    [0.745, 0.107 * shoulders, 0.0672 + bust, 0.002 + bust * 0.8],
+                ],
+            );
+        }
+        if self.is_bulky() || self.number % 2 == 0 {
+            // A collar.
+            builder.tinted(Material::Cloth, self.color(0).map(|c| c / 2 + 30));
+            self.trunk(builder, &[[0.826, 0.050, 0.042, -0.001], [0.848, 0.040, 0.036, 0.002]]);
+        }
         match self.person.top {
             Top::Jacket | Top::Coat => {
                 // An open front with the garment below it.
@@ -427,8 +458,12 @@ impl Figure {
         builder.object(2);
         let (h, tall) = (self.height, self.head_m());
         let half = tall * 0.5;
-        let is_tall_hat = self.person.hair == Hair::Hat;
-        let top = if is_tall_hat { h - 0.030 * h } else { h - 0.006 * h };
+        // Of the head below hair or hat.
+        let top = match self.person.hair {
+            Hair::Bald => h,
+            Hair::Hat => h - 0.018 * h,
+            _ => h - 0.004 * h,
+        };
         let center = vec3(0.010 * h, 0.0, top - half);
         self.skin(builder);
         let ring = |z: f32, x: f32, y: f32, ahead: f32| -> Vec<Vec3> {
@@ -439,33 +474,42 @@ impl Figure {
                 })
                 .collect()
         };
-        // Chin, jaw, cheeks, brow, crown.
+        // Chin, jaw, mouth, cheeks, eye sockets, brow, crown.
+        let jaw = if self.person.is_female || self.person.is_child { 0.92 } else { 1.04 };
         builder.loft(
             &[
-                ring(-1.0, 0.20, 0.16, 0.30),
-                ring(-0.90, 0.45, 0.36, 0.20),
-                ring(-0.60, 0.68, 0.56, 0.06),
-                ring(-0.20, 0.78, 0.65, 0.0),
-                ring(0.20, 0.82, 0.68, -0.02),
-                ring(0.55, 0.76, 0.64, -0.05),
-                ring(0.82, 0.52, 0.46, -0.07),
+                ring(-1.0, 0.20, 0.18 * jaw, 0.36),
+                ring(-0.90, 0.42, 0.38 * jaw, 0.26),
+                ring(-0.60, 0.66, 0.56 * jaw, 0.08),
+                ring(-0.30, 0.74, 0.64, 0.02),
+                ring(-0.05, 0.77, 0.68, 0.0),
+                ring(0.08, 0.75, 0.68, -0.01),
+                ring(0.24, 0.83, 0.70, -0.02),
+                ring(0.55, 0.78, 0.66, -0.05),
+                ring(0.82, 0.52, 0.47, -0.07),
                 ring(0.97, 0.18, 0.16, -0.08),
             ],
             |_, _| None,
         );
-        builder.ball(center + vec3(0.82, 0.0, -0.16) * half, vec3(0.12, 0.09, 0.16) * half, 4, 8);
-        for y in [-0.66, 0.66] {
+        for y in [-0.68, 0.68] {
             builder.ball(
-                center + vec3(-0.02, y, -0.10) * half,
-                vec3(0.14, 0.07, 0.20) * half,
+                center + vec3(-0.04, y, -0.08) * half,
+                vec3(0.13, 0.06, 0.20) * half,
                 4,
                 6,
             );
         }
-        builder.tinted(Material::Plastic, COLORS[1]);
-        for y in [-0.26, 0.26] {
-            builder.ball(center + vec3(0.74, y, 0.06) * half, vec3(0.07, 0.10, 0.06) * half, 4, 6);
-        }
+        face::build(
+            builder,
+            &face::Face {
+                number: self.number,
+                center,
+                half,
+                skin: self.color(3),
+                hair: self.color(2),
+                is_grown_man: !self.person.is_female && !self.person.is_child,
+            },
+        );
         let hair = |builder: &mut MeshBuilder| {
             builder.tinted(Material::Bark, self.color(2));
         };
@@ -513,9 +557,11 @@ impl Figure {
                 hair(builder);
                 builder.loft(
                     &[
-                        ring(-0.35, 0.46, 0.68, -0.44),
-                        ring(0.0, 0.50, 0.72, -0.40),
-                        ring(0.25, 0.44, 0.68, -0.42),
+                        ring(-0.85, 0.30, 0.46, -0.40),
+                        ring(-0.50, 0.44, 0.60, -0.42),
+                        ring(-0.10, 0.50, 0.71, -0.38),
+                        ring(0.28, 0.47, 0.69, -0.38),
+                        ring(0.40, 0.40, 0.60, -0.40),
                     ],
                     |_, _| None,
                 );
@@ -574,13 +620,6 @@ impl Figure {
                 );
             }
         }
-        // Only hair, hats and hoods may be the highest point, which is the height.
-        builder.rod(
-            vec3(center.x - 0.08 * half, 0.0, h - 0.03 * h),
-            vec3(center.x - 0.08 * half, 0.0, h),
-            0.10 * half,
-            6,
-        );
     }
 
     fn arm(&self, builder: &mut MeshBuilder, side: usize) {
@@ -618,9 +657,19 @@ impl Figure {
         );
         self.skin(builder);
         let [x, y, z] = HAND_M;
-        builder.ball(hand - Vec3::Z * z * 0.55 * h, vec3(x, y, z) * h, 4, 8);
-        let thumb = hand + vec3(x * 0.9, 0.0, -z * 0.45) * h;
-        builder.ball(thumb, vec3(0.007, 0.006, 0.018) * h, 4, 6);
+        builder.ball(hand - Vec3::Z * z * 0.42 * h, vec3(x, y, z * 0.62) * h, 5, 8);
+        // Slightly bent fingers, and the thumb ahead of them.
+        let inwards = if side == 0 { -1.0 } else { 1.0 };
+        for finger in 0..4 {
+            let ahead = (0.40 - 0.26 * finger as f32) * 1.9 * x;
+            let long = [0.50, 0.60, 0.56, 0.44][finger] * z;
+            let from = hand + vec3(ahead, 0.0, -0.85 * z) * h;
+            let to = from + vec3(0.001, inwards * 0.004, -long) * h;
+            builder.cone(from, to, [0.0042 * h, 0.0034 * h], 5);
+        }
+        let from = hand + vec3(x * 0.75, inwards * 0.002, -z * 0.25) * h;
+        let to = from + vec3(0.008, inwards * 0.002, -0.024) * h;
+        builder.cone(from, to, [0.006 * h, 0.0042 * h], 5);
     }
 
     fn leg(&self, builder: &mut MeshBuilder, side: usize) {
@@ -657,7 +706,9 @@ impl Figure {
         builder.cone(knee, calf, [radius(0.031), radius(0.032)], 9);
         builder.cone(calf, ankle, [radius(0.032), radius(if covered { 0.026 } else { 0.018 })], 12);
         // The shoe belongs to the shin: the ankle hardly bends while walking.
-        builder.tinted(Material::Rubber, COLORS[if self.person.is_child { 0 } else { 1 }]);
+        const SHOES: [usize; 8] = [1, 7, 0, 1, 16, 3, 17, 2];
+        let shoes = if self.person.is_child { self.number * 3 } else { self.number };
+        builder.tinted(Material::Rubber, COLORS[SHOES[shoes % SHOES.len()]]);
         let turn = Quat::from_rotation_z(if side == 0 { 0.10 } else { -0.10 });
         let [ahead, long] = FOOT_M;
         let sole = vec3(ankle.x + ahead * h, ankle.y, 0.0);
