@@ -1,12 +1,12 @@
 //! Typed views of what a camera or lidar measured, in the renderer's own memory.
 
 use glam::{Vec2, Vec3};
-use protocol::{Plane, Pose, SensorSpec, output, sensor};
+use protocol::{Plane, Pose, Projection, SensorSpec, output, sensor};
 
 use crate::Measurement;
 
-/// The pinhole projection of a camera. Optical space is x right, y down, z forward; pixel (0, 0) is
-/// at the top left and its centre lies at (0.5, 0.5).
+/// The pinhole projection of a camera; [`Projection`] includes its lens. Optical space is x right, y
+/// down, z forward; pixel (0, 0) is at the top left and its centre lies at (0.5, 0.5).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub struct Intrinsics {
@@ -21,6 +21,13 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
+    /// Returns focal lengths and a principal point, pixels. Calibrations by OpenCV and ROS count from the
+    /// centre of pixel (0, 0): add 0.5 to their principal point.
+    #[must_use]
+    pub fn new([fx, fy]: [f32; 2], [cx, cy]: [f32; 2]) -> Intrinsics {
+        Intrinsics { fx, fy, cx, cy }
+    }
+
     /// Of an image whose horizontal field of view is `fov_rad`; pixels are square.
     #[must_use]
     pub fn from_fov(width: u32, height: u32, fov_rad: f32) -> Intrinsics {
@@ -54,8 +61,10 @@ pub struct Image<'a, T> {
     pub width: u32,
     /// Pixels down.
     pub height: u32,
-    /// The projection.
+    /// Focal lengths and principal point.
     pub intrinsics: Intrinsics,
+    /// The projection, with the lens.
+    pub projection: Projection,
     /// The camera's pose at the measured frame.
     pub world_from_sensor: Pose,
     /// Pixels, row by row from the top left.
@@ -113,7 +122,7 @@ impl Measurement {
         self.image(sensor, output::COLOR)
     }
 
-    /// The image of metres along the optical axis; see [`Measurement::color_image`].
+    /// The image of metres along the optical axis, of a fisheye from the camera; see [`Measurement::color_image`].
     #[must_use]
     pub fn depth_image(&self, sensor: usize) -> Option<Image<'_, f32>> {
         self.image(sensor, output::DEPTH)
@@ -161,9 +170,12 @@ impl Measurement {
     fn image<T: bytemuck::Pod>(&self, sensor: usize, output: u32) -> Option<Image<'_, T>> {
         let Plane { width, height, world_from_sensor, .. } = *self.plane(sensor, output)?;
         let spec = self.sensors().get(sensor).filter(|spec| is_camera(spec))?;
-        let intrinsics = Intrinsics::from_fov(width, height, spec.fov_rad);
+        let projection = Projection::of(spec).ok()?;
+        let [focal_px, center_px] = [projection.focal_px(), projection.center_px()];
+        let [focal_px, center_px] = [focal_px, center_px].map(|pair| pair.map(|px| px as f32));
+        let intrinsics = Intrinsics::new(focal_px, center_px);
         let data = bytemuck::cast_slice(self.data(sensor, output)?);
-        Some(Image { width, height, intrinsics, world_from_sensor, data })
+        Some(Image { width, height, intrinsics, projection, world_from_sensor, data })
     }
 }
 

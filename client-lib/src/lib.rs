@@ -43,6 +43,7 @@ mod file;
 mod flags;
 mod image;
 mod inbox;
+mod lens;
 mod map_objects;
 mod measurement;
 mod observer;
@@ -100,6 +101,7 @@ pub use flags::{
 };
 pub use glam;
 pub use image::{Image, Intrinsics, PointCloud};
+pub use lens::Lens;
 pub use measurement::Measurement;
 pub use mesh::Tag;
 pub use observer::Observer;
@@ -108,8 +110,8 @@ pub use pending_tick::PendingTick;
 /// Plain records of numbers and ids, the same in this interface and in the protocol.
 pub use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, BONES, BlueprintInfo, BundleId,
-    Curve, DEPTH_FAR_M, Frame, Gear, Pose, Refusal, RefusalCode, SHAPE_TEXT_BYTES, SHAPES_MAX,
-    TEXT_BYTES, VERSION, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
+    Curve, DEPTH_FAR_M, Frame, Gear, Pose, Projection, Refusal, RefusalCode, SHAPE_TEXT_BYTES,
+    SHAPES_MAX, TEXT_BYTES, VERSION, VehicleBody, VehicleEngine, VehicleGearbox, VehiclePhysics,
     VehicleSteering, VehicleTelemetry, VehicleWheel, Weather, WheelTelemetry,
 };
 pub use queries::Queries;

@@ -5,7 +5,7 @@ use std::time::Duration;
 use protocol::{Name, Pose, SensorSpec};
 
 use crate::{
-    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, LidarOptions, ObstacleOptions,
+    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, Lens, LidarOptions, ObstacleOptions,
     OdometryOptions, SensorKind, V2xAwarenessOptions, V2xRadioOptions,
 };
 
@@ -129,6 +129,19 @@ impl Sensor {
     pub fn outputs(mut self, outputs: CameraOutputs) -> Sensor {
         match &mut self.kind {
             SensorKind::Camera(camera) => camera.outputs = outputs,
+            other => panic!("sensor {:?} is not a camera: {other:?}", self.name),
+        }
+        self
+    }
+
+    /// Sets the lens of a camera.
+    ///
+    /// # Panics
+    ///
+    /// If the sensor is not a camera.
+    pub fn lens(mut self, lens: Lens) -> Sensor {
+        match &mut self.kind {
+            SensorKind::Camera(camera) => camera.lens = lens,
             other => panic!("sensor {:?} is not a camera: {other:?}", self.name),
         }
         self

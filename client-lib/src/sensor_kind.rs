@@ -1,6 +1,6 @@
 //! The kinds of sensors, each with its parameters.
 
-use protocol::{CollisionSpec, LaneInvasionSpec, MessageSpec, Pose, SensorSpec, sensor};
+use protocol::{CollisionSpec, LaneInvasionSpec, LensSpec, MessageSpec, Pose, SensorSpec, sensor};
 
 use crate::{
     CameraOptions, GnssOptions, ImuOptions, LidarOptions, ObstacleOptions, OdometryOptions,
@@ -11,7 +11,7 @@ use crate::{
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum SensorKind {
-    /// A pinhole camera.
+    /// A camera.
     Camera(CameraOptions),
     /// A lidar.
     Lidar(LidarOptions),
@@ -45,6 +45,11 @@ impl SensorKind {
                 height: camera.height,
                 fov_rad: camera.fov_rad,
                 quality: camera.quality as u32,
+                lens: camera.intrinsics.map_or(camera.lens.wire(), |given| LensSpec {
+                    focal_px: [given.fx, given.fy],
+                    center_px: [given.cx, given.cy],
+                    ..camera.lens.wire()
+                }),
                 ..SensorSpec::default()
             },
             SensorKind::Lidar(lidar) => SensorSpec {

@@ -5,17 +5,23 @@ use std::{f32::consts::TAU, time::Duration};
 use glam::Vec3;
 use protocol::{GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, geodesy, point_attribute, quality};
 
-use crate::{CameraOutputs, LidarOutputs, options::options};
+use crate::{CameraOutputs, Intrinsics, Lens, LidarOutputs, options::options};
 
 options! {
-    /// Parameters of a pinhole camera without distortion.
+    /// Parameters of a camera.
     pub struct CameraOptions {
         /// Width of the image, pixels.
         width: u32,
         /// Height of the image, pixels.
         height: u32,
-        /// Horizontal field of view, radians, above 0 and below π; pixels are square.
+        /// Horizontal field of view, radians, from the left to the right edge of the image: above 0 and
+        /// below π, of a fisheye below 2π; pixels are square. Without effect if `intrinsics` are given.
         fov_rad: f32,
+        /// Lens.
+        lens: Lens,
+        /// Focal lengths and principal point, as a calibration has them; `None`: those of the field of
+        /// view, with the principal point in the middle of the image.
+        intrinsics: Option<Intrinsics>,
         /// Images that it gives.
         outputs: CameraOutputs,
         /// Rays per pixel of the colour image.
@@ -31,9 +37,22 @@ impl CameraOptions {
             width,
             height,
             fov_rad,
+            lens: Lens::Pinhole,
+            intrinsics: None,
             outputs: CameraOutputs::COLOR,
             quality: Quality::Default,
         }
+    }
+
+    /// Returns the parameters of a calibrated camera that gives colour: size in pixels, focal lengths,
+    /// principal point and lens.
+    pub fn calibrated(
+        width: u32,
+        height: u32,
+        intrinsics: Intrinsics,
+        lens: Lens,
+    ) -> CameraOptions {
+        CameraOptions::new(width, height, 0.0).lens(lens).intrinsics(Some(intrinsics))
     }
 }
 

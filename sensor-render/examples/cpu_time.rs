@@ -8,6 +8,7 @@
 mod sample;
 
 use std::error::Error;
+use std::f32::consts::FRAC_PI_2;
 use std::time::Instant;
 
 use omnibus_sensor_render::{BundleJob, CpuTracer, Quality, Scene, Tracer, World, pose_planes};
@@ -45,12 +46,17 @@ fn main() -> Result<(), Box<dyn Error>> {
     world.place(&scene, stamp, 50_000_000, &weather, &actors, sample::paint);
     let mut tracer = Tracer::Cpu(CpuTracer::new(threads)?);
     println!("{}", tracer.describe());
-    println!("{:<28}{:>12}{:>12}{:>12}", "", "wall ms", "cpu ms", "not sky");
+    println!("{:<30}{:>12}{:>12}{:>12}", "", "wall ms", "cpu ms", "not sky");
     let with = |outputs: u32, width: u32, height: u32| SensorSpec {
         outputs,
         ..sample::camera("front", width, height)
     };
     let every = output::COLOR | output::DEPTH | output::TAG | output::INSTANCE;
+    let through = |lens: &str, fov_rad: f32| SensorSpec {
+        lens: sample::lens(lens),
+        fov_rad,
+        ..with(output::COLOR, 800, 600)
+    };
     for (name, sensors, copies) in [
         ("800x600 colour", vec![with(output::COLOR, 800, 600)], 1),
         ("400x300 depth", vec![with(output::DEPTH, 400, 300)], 1),
@@ -58,6 +64,9 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("800x600 depth", vec![with(output::DEPTH, 800, 600)], 1),
         ("800x600 depth tag instance", vec![with(every & !output::COLOR, 800, 600)], 1),
         ("800x600 all", vec![with(every, 800, 600)], 1),
+        ("800x600 colour Brown-Conrady", vec![through("brown-conrady", FRAC_PI_2)], 1),
+        ("800x600 colour fisheye", vec![through("fisheye", 3.3)], 1),
+        ("800x600 colour fisheye 90°", vec![through("fisheye", FRAC_PI_2)], 1),
         ("64x84x84 colour", vec![with(output::COLOR, 84, 84)], 64),
         ("64x84x84 all", vec![with(every, 84, 84)], 64),
         ("lidar 32x1800", vec![sample::lidar("roof", 1800, 32)], 1),
@@ -131,7 +140,7 @@ fn time(
     } else {
         "".into()
     };
-    println!("{name:<28}{:>12.2}{:>12.2}{share:>12}", mean(wall), mean(cpu));
+    println!("{name:<30}{:>12.2}{:>12.2}{share:>12}", mean(wall), mean(cpu));
     Ok(())
 }
 

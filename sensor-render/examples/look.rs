@@ -1,5 +1,6 @@
 //! Renders street poses of a town into PNG pictures:
-//! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]`.
+//! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]
+//! [pinhole|brown-conrady|fisheye]`.
 
 mod sample;
 
@@ -21,6 +22,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     let mut tracer = Tracer::open(argument(4, "cpu").parse()?, 0)?;
     std::fs::create_dir_all(&folder)?;
     let quality = argument(6, "low").parse()?;
+    let lens_name = argument(7, "pinhole");
+    let lens = sample::lens(&lens_name);
+    let fov_rad = if lens_name == "fisheye" { 3.3 } else { std::f32::consts::FRAC_PI_2 };
     let actors = town.traffic(100, 3);
     for weather_name in argument(5, "noon").split(',') {
         let mut world = World::new();
@@ -29,8 +33,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         let weather = weather(weather_name);
         world.place(&scene, stamp, 50_000_000, &weather, &actors, sample::paint);
         for pose in argument(3, "0,1,2,3").split(',') {
-            let sensors =
-                [SensorSpec { outputs: output::COLOR, ..sample::camera("front", width, height) }];
+            let camera = SensorSpec { lens, fov_rad, ..sample::camera("front", width, height) };
+            let sensors = [SensorSpec { outputs: output::COLOR, ..camera }];
             let (mut planes, byte_len) = layout(&sensors);
             pose_planes(&mut planes, &sensors, &town.street_pose(pose.parse()?));
             let mut words = vec![[0u64; 8]; byte_len as usize / 64];

@@ -5,6 +5,7 @@ mod camera;
 mod geometry;
 mod grain;
 mod lamplight;
+mod lens;
 mod lidar;
 mod overlay_raster;
 mod pattern;

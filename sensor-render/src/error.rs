@@ -14,15 +14,13 @@ pub enum TraceError {
         /// Kind of the sensor.
         kind: u32,
     },
-    /// The field of view of a camera is out of range.
-    #[error(
-        "sensor {sensor}: field of view {fov_rad} rad is out of range; a camera's lies between 0 and pi"
-    )]
-    FieldOfView {
+    /// The lens of a camera, or its field of view, is out of range.
+    #[error("sensor {sensor}: {why}")]
+    Lens {
         /// Name of the sensor.
         sensor: Name,
-        /// Horizontal field of view. Radians.
-        fov_rad: f32,
+        /// What is out of range.
+        why: String,
     },
     /// The pose of a sensor has a number that is not finite, or a quaternion that is not of unit
     /// length.

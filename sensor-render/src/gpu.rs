@@ -183,7 +183,8 @@ impl GpuTracer {
         self.resources.upload_scene(&self.gpu, scene)?;
         bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
         for batch in &batches {
-            bounds::check_batch(batch).map_err(|why| self.gpu.error(why))?;
+            bounds::check_batch(batch, world.overlay.texts.len())
+                .map_err(|why| self.gpu.error(why))?;
         }
         if let Some(timer) = &mut self.timer {
             timer.begin_frame();
@@ -222,22 +223,23 @@ impl GpuTracer {
             pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
-            let [centers, smooth] = [false, true].map(|is_smooth| {
-                let groups = if batch.has_cameras(is_smooth) { batch.groups[0] } else { 0 };
-                let kind = CameraKernel { is_smooth, has_lamps };
+            let kinds = [(false, false), (true, false), (false, true), (true, true)];
+            let traced = kinds.map(|(is_smooth, has_lens)| {
+                let is_used = batch.has_cameras(is_smooth, has_lens);
+                let groups = if is_used { batch.groups[0] } else { 0 };
+                let kind = CameraKernel { is_smooth, has_lens, has_lamps };
                 let kernel =
                     (groups > 0).then(|| self.kernels.trace_cameras(&self.gpu.device, kind));
                 (kernel, groups)
             });
             let [cameras, lidars, packing] = batch.groups;
             let drawn = if world.overlay.is_empty() { 0 } else { cameras };
-            for (kernel, groups) in [
-                centers,
-                smooth,
+            let others = [
                 (Some(draw_overlay), drawn),
                 (Some(trace_lidars), lidars),
                 (Some(pack_tags), packing),
-            ] {
+            ];
+            for (kernel, groups) in traced.into_iter().chain(others) {
                 if groups > 0
                     && let Some(kernel) = kernel
                 {

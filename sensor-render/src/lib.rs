@@ -21,6 +21,7 @@ mod hit;
 mod instance;
 mod job;
 mod lamps;
+mod lens;
 mod lidar_return;
 mod light;
 mod meshes;

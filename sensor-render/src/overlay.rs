@@ -27,6 +27,9 @@ pub(crate) struct Capsule {
 
 const _: () = assert!(size_of::<Capsule>() == 48);
 
+/// Minimum depth of a text. Metres.
+pub(crate) const TEXT_NEAR_M: f32 = 0.05;
+
 /// Maximum number of letters of a text.
 pub(crate) const LETTERS_MAX: usize = 128;
 

@@ -1,9 +1,9 @@
 use std::f64::consts::{PI, TAU};
 
-use glam::{Affine3A, Mat3, Vec3};
-use protocol::{Plane, Pose, SensorSpec, Stamp, point_attribute, sensor};
+use glam::{Affine3A, DVec3, Mat3, Vec3};
+use protocol::{Plane, Pose, Projection, SensorSpec, Stamp, lens_model, point_attribute, sensor};
 
-use crate::{error::TraceError, quality::Quality};
+use crate::{error::TraceError, lens::Lens, quality::Quality};
 
 /// Sets each plane's `world_from_sensor` for the given pose of the bundle's parent.
 pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_parent: &Pose) {
@@ -21,8 +21,8 @@ pub(crate) enum Sensor {
     Lidar(Lidar),
 }
 
-/// Pinhole camera: one ray through the centre of each pixel. The component of each direction along
-/// the optical axis is 1, so that the ray parameter is the depth.
+/// Camera: one ray through the centre of each pixel. The component of each direction along the optical
+/// axis is 1, so that the ray parameter is the depth; directions of a fisheye have unit length.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Camera {
     pub(crate) width: u32,
@@ -35,8 +35,12 @@ pub(crate) struct Camera {
     pub(crate) down: Vec3,
     /// Principal point, in pixels from the centre of pixel (0, 0).
     pub(crate) center: [f32; 2],
-    /// Side length of a pixel at depth 1. Metres.
+    /// Width of a pixel at depth 1, in the middle of the image. Metres.
     pub(crate) pixel: f32,
+    /// Height of a pixel at depth 1, in the middle of the image. Metres.
+    pub(crate) pixel_down: f32,
+    /// Lens; `None`: a pinhole.
+    pub(crate) lens: Option<Lens>,
     /// Rays per pixel of the colour image.
     pub(crate) quality: Quality,
     /// View of the previous frame, if the camera has moved since.
@@ -54,11 +58,9 @@ pub(crate) struct View {
 
 impl Camera {
     fn new(spec: &SensorSpec, pose: &Pose, quality: Quality) -> Result<Camera, TraceError> {
-        let fov = f64::from(spec.fov_rad);
-        if !(fov > 0.001 && fov < PI - 0.001) {
-            return Err(TraceError::FieldOfView { sensor: spec.name, fov_rad: spec.fov_rad });
-        }
-        let pixel = (2.0 * (fov / 2.0).tan() / f64::from(spec.width)) as f32;
+        let projection =
+            Projection::of(spec).map_err(|why| TraceError::Lens { sensor: spec.name, why })?;
+        let [pixel, pixel_down] = projection.focal_px().map(|focal| (1.0 / focal) as f32);
         let axes = Mat3::from_quat(pose.rotation());
         Ok(Camera {
             width: spec.width,
@@ -66,12 +68,53 @@ impl Camera {
             origin: pose.position(),
             forward: axes.x_axis,
             right: -axes.y_axis * pixel,
-            down: -axes.z_axis * pixel,
-            center: [spec.width, spec.height].map(|n| n as f32 * 0.5 - 0.5),
+            down: -axes.z_axis * pixel_down,
+            center: projection.center_px().map(|center| (center - 0.5) as f32),
             pixel,
+            pixel_down,
+            lens: (projection.model() != lens_model::PINHOLE).then(|| Lens::new(projection)),
             quality: quality.or_own(spec.quality),
             before: None,
         })
+    }
+
+    /// Returns the direction of the ray through the centre of a pixel; `None` where the lens shows nothing.
+    #[inline(always)]
+    pub(crate) fn direction(&self, x: u32, y: u32) -> Option<Vec3> {
+        if let Some(lens) = &self.lens {
+            let ray = lens.ray(x, y)?;
+            let [x, y] = [ray.x * lens.focal[0], ray.y * lens.focal[1]];
+            return Some(self.forward * ray.z + self.right * x + self.down * y);
+        }
+        let (x, y) = (x as f32 - self.center[0], y as f32 - self.center[1]);
+        Some(self.forward + self.right * x + self.down * y)
+    }
+
+    /// Projects a vector from the camera in the given view. Returns column and row in pixels from the
+    /// centre of pixel (0, 0), and the depth; `None` where that is less than `near`, and where a lens shows
+    /// nothing.
+    pub(crate) fn project(&self, view: &View, to: Vec3, near: f32) -> Option<([f32; 2], f32)> {
+        let depth = to.dot(view.forward);
+        // `right` and `down` have the length of a pixel's side at depth 1.
+        if let Some(lens) = &self.lens {
+            let [x, y] = [(view.right, lens.focal[0]), (view.down, lens.focal[1])]
+                .map(|(axis, focal)| to.dot(axis) * focal);
+            let at = lens.project(DVec3::new(x.into(), y.into(), depth.into()))?;
+            let depth = if lens.is_fisheye { to.length() } else { depth };
+            return (depth >= near).then_some((at, depth));
+        }
+        if depth < near {
+            return None;
+        }
+        let across = to.dot(view.right) / (self.pixel * self.pixel * depth) + self.center[0];
+        let down = to.dot(view.down) / (self.pixel_down * self.pixel_down * depth) + self.center[1];
+        Some(([across, down], depth))
+    }
+
+    /// Returns the view of this frame.
+    pub(crate) fn view(&self) -> View {
+        let Camera { origin, forward, right, down, .. } = *self;
+        View { origin, forward, right, down }
     }
 
     /// Returns the view after the transform `moved`.
@@ -198,8 +241,7 @@ pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u6
 /// Returns the ray generator of one sensor of a bundle. `quality` is that of cameras that ask for none.
 ///
 /// # Errors
-/// [`TraceError`] if the pose is not rigid, the kind is unsupported, or the field of view is out of
-/// range.
+/// [`TraceError`] if the pose is not rigid, the kind is unsupported, or the lens is out of range.
 pub(crate) fn rays(
     spec: &SensorSpec,
     pose: &Pose,

@@ -11,6 +11,7 @@ use protocol::{
 
 mod baked;
 mod lamps;
+pub(crate) mod lens;
 mod motion;
 mod overlay;
 mod parked;
@@ -324,7 +325,7 @@ fn an_invalid_sensor_is_rejected_by_name() {
     };
     assert_eq!(
         refusal(SensorSpec { fov_rad: 4.0, ..camera(8, 8) }, 0),
-        "sensor front: field of view 4 rad is out of range; a camera's lies between 0 and pi"
+        "sensor front: fov_rad is 4, not 0.01 to 3.1"
     );
     assert_eq!(
         refusal(SensorSpec { kind: 9, ..camera(8, 8) }, 0),

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use bus::{HostPorts, free_bytes};
 use protocol::{
-    ActorId, BundleId, CreateBundle, Name, Refusal, SENSORS_MAX, SensorSpec, layout, output,
-    quality, sensor,
+    ActorId, BundleId, CreateBundle, Name, Projection, Refusal, SENSORS_MAX, SensorSpec, layout,
+    output, quality, sensor,
 };
 
 /// Largest width or height of an image, in pixels or rays.
@@ -196,7 +196,7 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), Refusal> {
                 spec.quality
             )));
         }
-        return in_range("fov_rad", spec.fov_rad, 0.01, 3.1);
+        return Projection::check(spec).map_err(Refusal::out_of_range);
     }
     in_range("fov_rad", spec.fov_rad, 0.01, 6.283_186)?;
     in_range("upper_rad", spec.upper_rad, -1.6, 1.6)?;

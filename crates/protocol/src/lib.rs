@@ -18,6 +18,7 @@ mod episode;
 mod given_poses;
 mod hidden_objects;
 mod journal;
+mod lens;
 mod limbs;
 mod map_layer;
 mod motion;
@@ -25,6 +26,7 @@ mod name;
 mod outcome;
 mod payload;
 mod physics_sensor;
+mod projection;
 mod query;
 mod range;
 mod recording;
@@ -66,6 +68,7 @@ pub use episode::{BlueprintInfo, Episode, LoadMap, load};
 pub use given_poses::{GivenPose, GivenPoses};
 pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};
 pub use journal::{JOURNAL_PART_MAX, JournalEntry, JournalHeader};
+pub use lens::{LensSpec, lens_model};
 pub use limbs::{LIMBS, WalkerLimbs};
 pub use map_layer::{HideLayers, HideObjects, layer};
 pub use motion::{
@@ -80,6 +83,7 @@ pub use physics_sensor::{
     LaneInvasionReading, LaneInvasionSpec, ObstacleReading, ObstacleSpec, OdometryReading,
     OdometrySpec, PhysicsSensorSpec, Reading, geodesy,
 };
+pub use projection::{LENS_STEPS, Projection};
 pub use query::{Query, QueryHeader, QueryKind, Response, ResponseBody};
 pub use recording::{FilePath, StartRecorder, StartReplay, StopReplay};
 pub use refusal::{Refusal, RefusalCode};

@@ -5,8 +5,8 @@ use std::mem::offset_of;
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    ActorId, BundleId, CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, MessageSpec,
-    Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp, physics_sensor,
+    ActorId, BundleId, CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, LensSpec,
+    MessageSpec, Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp, physics_sensor,
     sensor_code::{output, sensor},
 };
 
@@ -33,7 +33,8 @@ pub struct SensorSpec {
     pub width: u32,
     /// Cameras: height in pixels. Lidars: channels.
     pub height: u32,
-    /// Horizontal field of view; a full turn for most lidars.
+    /// Horizontal field of view; a full turn for most lidars. Cameras: unless their lens has focal
+    /// lengths.
     pub fov_rad: f32,
     /// Lidar: elevation of the highest channel.
     pub upper_rad: f32,
@@ -51,10 +52,10 @@ pub struct SensorSpec {
     pub rotation_rate_hz: f32,
     /// Lidar: the fourth number of a point, one of [`crate::point_attribute`].
     pub point_attribute: u32,
+    /// Cameras: lens.
+    pub lens: LensSpec,
     /// Reserved; 0.
-    pub reserved_half: u32,
-    /// Reserved; 0.
-    pub reserved: [u64; 7],
+    pub reserved: u32,
 }
 
 const _: () = assert!(size_of::<SensorSpec>() == 200);

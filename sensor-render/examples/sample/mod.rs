@@ -11,7 +11,9 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 use std::path::Path;
 
 use glam::{DVec3, Quat, Vec3, vec3};
-use protocol::{ActorId, ActorState, Name, Pose, SensorSpec, kind, light, output, sensor};
+use protocol::{
+    ActorId, ActorState, LensSpec, Name, Pose, SensorSpec, kind, lens_model, light, output, sensor,
+};
 use road::{LanePoint, Network};
 use town::{Detail, Kind};
 
@@ -180,6 +182,17 @@ pub fn camera(name: &str, width: u32, height: u32) -> SensorSpec {
         fov_rad: FRAC_PI_2,
         ..Default::default()
     }
+}
+
+/// Returns a lens by its name: `brown-conrady`, a barrel distortion, or `fisheye`, 190 degrees wide; a
+/// pinhole for others.
+pub fn lens(name: &str) -> LensSpec {
+    let (model, coefficients) = match name {
+        "brown-conrady" => (lens_model::BROWN_CONRADY, [-0.29, 0.11, 0.0008, -0.0006, -0.02]),
+        "fisheye" => (lens_model::FISHEYE, [0.03, -0.008, 0.002, -0.0003, 0.0]),
+        _ => (lens_model::PINHOLE, [0.0; 5]),
+    };
+    LensSpec { model, coefficients, ..LensSpec::default() }
 }
 
 /// Returns six cameras that together cover a full turn.

@@ -2,11 +2,13 @@ use glam::Vec3;
 use protocol::DEPTH_FAR_M;
 
 use super::geometry::{flows, normals};
+use super::lens;
 use super::overlay_raster::OverlayRaster;
 use super::ray_packet::{Hits, RayPacket};
 use super::shade::{Radiance, Shade};
 use super::sky::{encode, tone_map};
 use super::traversal::Stack;
+use crate::hit::NONE;
 use crate::outputs::{TILE_ROWS, Tile};
 use crate::quality::{Quality, Sample};
 use crate::rays::Camera;
@@ -68,8 +70,8 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
         if has_color { OverlayRaster::new(&shade.world.overlay, camera) } else { None };
     let sample = Quality::Low.samples()[0];
     for x in (0..camera.width).step_by(8) {
-        let packet = packet::<F>(camera, Block::Centers, x, tile.first);
-        let hits = closest(shade, &packet, camera.pixel, &mut stack);
+        let block = packet::<F>(camera, Rays::Centers, x, tile.first);
+        let hits = closest(shade, &block, camera.pixel, &mut stack);
         let raster = raster.as_mut();
         let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
         for group in 0..GROUPS {
@@ -78,17 +80,17 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
             if at.columns == 0 || at.rows == 0 {
                 continue;
             }
-            let surface = surface_sample(shade, &hits, group);
-            let direction = packet.directions[group];
-            write(shade, &direction, &hits, group, &surface, at, tile);
+            let shown = block.shown[group];
+            let surface = surface_sample(shade, &hits, group, shown);
+            let direction = block.packet.directions[group];
+            write(shade, &direction, &hits, group, &surface, shown, at, tile);
             if has_color {
-                let every = F::Mask::from_bits(!0);
                 let radiance = shade.radiance::<F, GROUPS, false>(
-                    direction, &hits, group, &surface, every, &mut stack,
+                    direction, &hits, group, &surface, shown, &mut stack,
                 );
                 let color = shade.with_shadows(radiance, direction, &surface, sample, &mut stack);
-                let color = encode(tone_map(shade.light, color));
-                put_color(color, hits.t[group], raster, at, tile);
+                let color = tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
+                put_color(encode(color), hits.t[group], raster, at, tile);
             }
         }
     }
@@ -109,18 +111,20 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
         let mut sum = V3::splat(Vec3::ZERO);
         let mut nearest = F::splat(f32::INFINITY);
         for samples in samples.chunks_exact(GROUPS) {
-            let packet = packet::<F>(camera, Block::Samples(samples), x, tile.first + below);
-            let hits = closest(shade, &packet, camera.pixel * 0.5, &mut stack);
+            let block = packet::<F>(camera, Rays::Samples(samples), x, tile.first + below);
+            let hits = closest(shade, &block, camera.pixel * 0.5, &mut stack);
             let mut earlier = [Radiance::black(); GROUPS];
             for group in 0..GROUPS {
-                let surface = surface_sample(shade, &hits, group);
-                let direction = packet.directions[group];
+                let shown = block.shown[group];
+                let surface = surface_sample(shade, &hits, group, shown);
+                let direction = block.packet.directions[group];
                 // Rays of a pixel that hit the same triangle share its shading.
                 let mut radiance = Radiance::black();
-                let mut fresh = F::Mask::from_bits(!0);
+                let mut fresh = shown;
                 for (other, own) in earlier[..group].iter().enumerate() {
                     let same = hits.triangle[group].eq(hits.triangle[other])
                         & hits.instance[group].eq(hits.instance[other])
+                        & block.shown[other]
                         & fresh;
                     radiance = own.or(same, radiance);
                     fresh = fresh & !same;
@@ -134,8 +138,8 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                 earlier[group] = radiance;
                 let color =
                     shade.with_shadows(radiance, direction, &surface, samples[group], &mut stack);
-                sum = sum + tone_map(shade.light, color);
-                nearest = nearest.min(hits.t[group]);
+                sum = sum + tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
+                nearest = nearest.min(hits.t[group].or(shown, nearest));
             }
         }
         let color = encode(sum * F::splat(1.0 / samples.len() as f32));
@@ -145,30 +149,38 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
     }
 }
 
-/// Returns the first intersections of a packet whose neighbouring rays are `step` apart at depth 1.
+/// Returns the first intersections of rays that are `step` apart at depth 1.
 #[inline(always)]
 fn closest<F: Float>(
     shade: &Shade,
-    packet: &RayPacket<F, GROUPS>,
+    block: &Block<F>,
     step: f32,
     stack: &mut Stack,
 ) -> Hits<F, GROUPS> {
     let Shade { scene, world, .. } = *shade;
-    if step < COARSE {
-        packet.closest(scene, world, stack, f32::INFINITY)
+    if block.is_dark {
+        Hits::none(f32::INFINITY)
+    } else if step < COARSE && block.is_narrow {
+        block.packet.closest(scene, world, stack, f32::INFINITY)
     } else {
-        packet.closest_separately(scene, world, stack, f32::INFINITY)
+        block.packet.closest_separately(scene, world, stack, f32::INFINITY)
     }
 }
 
+/// Looks up what the rays of a group hit. Rays that are not `shown` hit nothing, and have no tag.
 #[inline(always)]
 fn surface_sample<F: Float>(
     shade: &Shade,
     hits: &Hits<F, GROUPS>,
     group: usize,
+    shown: F::Mask,
 ) -> SurfaceSample<F> {
-    let Hits { t, triangle, instance } = hits;
-    SurfaceSample::new(shade.scene, shade.world, t[group], triangle[group], instance[group])
+    let (t, none) = (hits.t[group], F::Word::splat(NONE));
+    let [triangle, instance] =
+        [hits.triangle, hits.instance].map(|words| words[group].or(shown, none));
+    let mut sample = SurfaceSample::new(shade.scene, shade.world, t, triangle, instance);
+    sample.face = sample.face.or(shown, F::Word::splat(0));
+    sample
 }
 
 /// Writes colours, with the debug shapes in front of what lies at `depth`.
@@ -187,41 +199,70 @@ fn put_color<F: Float>(
     at.put(tile.slices.color, &colors);
 }
 
-/// Block of pixels that one packet of rays measures.
+/// Rays of a block of pixels.
 #[derive(Clone, Copy, Debug)]
-enum Block<'a> {
+enum Rays<'a> {
     /// 8 × 8 pixels, one ray through the centre of each.
     Centers,
     /// 4 × 4 pixels, four rays at these offsets from the centre of each.
     Samples(&'a [Sample]),
 }
 
+/// Block of pixels that one packet of rays measures.
+struct Block<F: Float> {
+    packet: RayPacket<F, GROUPS>,
+    /// Rays that the lens shows.
+    shown: [F::Mask; GROUPS],
+    /// Whether the rays can be traversed as one beam.
+    is_narrow: bool,
+    /// Whether the lens shows none of them.
+    is_dark: bool,
+}
+
 /// Returns the rays of a block with its first pixel at (x, y); some may lie outside of the image.
 #[inline(always)]
-fn packet<F: Float>(camera: &Camera, block: Block, x: u32, y: u32) -> RayPacket<F, GROUPS> {
+fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
     let [x, y] = [x as f32 - camera.center[0], y as f32 - camera.center[1]];
     let lane_x: [f32; LANES] = std::array::from_fn(|lane| (lane % 4) as f32);
     let lane_y: [f32; LANES] = std::array::from_fn(|lane| (lane / 4) as f32);
     let (lane_x, lane_y) = (F::from_array(lane_x), F::from_array(lane_y));
+    let at = |group: usize| {
+        let [dx, dy] = match rays {
+            Rays::Centers => [(group % 2 * 4) as f32, (group / 2 * 4) as f32],
+            Rays::Samples(samples) => [samples[group][0], samples[group][1]],
+        };
+        (lane_x + F::splat(x + dx), lane_y + F::splat(y + dy))
+    };
     let (forward, right, down) =
         (V3::splat(camera.forward), V3::splat(camera.right), V3::splat(camera.down));
     let mut directions = [forward; GROUPS];
+    let mut shown = [F::Mask::from_bits(!0); GROUPS];
+    if let Some(lens) = &camera.lens {
+        for group in 0..GROUPS {
+            let (x, y) = at(group);
+            (directions[group], shown[group]) = lens::directions(camera, lens, x, y);
+        }
+        let is_dark = !shown.iter().any(|shown| shown.any());
+        let lens::Bounds { corners, axis, is_narrow } =
+            lens::bounds(camera, lens, &directions, &shown);
+        for (direction, shown) in directions.iter_mut().zip(shown) {
+            *direction = direction.or(shown, V3::splat(axis));
+        }
+        let packet = RayPacket { origin: camera.origin, corners, axis, directions };
+        return Block { packet, shown, is_narrow, is_dark };
+    }
     for (group, direction) in directions.iter_mut().enumerate() {
-        let [dx, dy] = match block {
-            Block::Centers => [(group % 2 * 4) as f32, (group / 2 * 4) as f32],
-            Block::Samples(samples) => [samples[group][0], samples[group][1]],
-        };
-        let (x, y) = (lane_x + F::splat(x + dx), lane_y + F::splat(y + dy));
+        let (x, y) = at(group);
         *direction = down.mul_add(y, right.mul_add(x, forward));
     }
     // Slightly wider than the outermost rays, to allow for rounding.
-    let (before, behind) = match block {
-        Block::Centers => (0.02, 7.02),
-        Block::Samples(_) => (0.52, 3.52),
+    let (before, behind) = match rays {
+        Rays::Centers => (0.02, 7.02),
+        Rays::Samples(_) => (0.52, 3.52),
     };
     let corner = |x: f32, y: f32| camera.forward + camera.right * x + camera.down * y;
     let (left, top, right, bottom) = (x - before, y - before, x + behind, y + behind);
-    RayPacket {
+    let packet = RayPacket {
         origin: camera.origin,
         corners: [
             corner(left, top),
@@ -231,7 +272,8 @@ fn packet<F: Float>(camera: &Camera, block: Block, x: u32, y: u32) -> RayPacket<
         ],
         axis: camera.forward,
         directions,
-    }
+    };
+    Block { packet, shown, is_narrow: true, is_dark: false }
 }
 
 /// Position of 4 × 4 pixels in their tile.
@@ -279,12 +321,14 @@ fn write<F: Float>(
     hits: &Hits<F, GROUPS>,
     group: usize,
     sample: &SurfaceSample<F>,
+    shown: F::Mask,
     at: GroupPixels,
     tile: &mut Tile,
 ) {
     let slices = &mut tile.slices;
     if !slices.depth.is_empty() {
-        let depth = hits.t[group].min(F::splat(DEPTH_FAR_M));
+        let far = F::splat(DEPTH_FAR_M);
+        let depth = hits.t[group].or(shown, far).min(far);
         at.put(slices.depth, &depth.to_array());
     }
     if !slices.tag.is_empty() {
@@ -297,7 +341,8 @@ fn write<F: Float>(
         at.put(slices.normal, &normals(shade.camera, directions, sample));
     }
     if !slices.flow.is_empty() {
-        let flows = flows(shade.world, shade.camera, directions, sample, hits.instance[group]);
+        let flows =
+            flows(shade.world, shade.camera, directions, sample, hits.instance[group], shown);
         at.put(slices.flow, &flows);
     }
 }

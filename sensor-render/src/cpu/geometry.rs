@@ -19,7 +19,7 @@ pub(crate) fn normals<F: Float>(
 ) -> [[f32; 3]; LANES] {
     let hit = sample.hit.bits();
     let (normals, directions) = (vectors(&sample.normal), vectors(directions));
-    let per_pixel = 1.0 / camera.pixel;
+    let (per_pixel, per_pixel_down) = (1.0 / camera.pixel, 1.0 / camera.pixel_down);
     std::array::from_fn(|lane| {
         if hit >> lane & 1 == 0 {
             return [0.0; 3];
@@ -27,13 +27,13 @@ pub(crate) fn normals<F: Float>(
         let normal = normals[lane];
         let normal = if normal.dot(directions[lane]) > 0.0 { -normal } else { normal };
         let left = -normal.dot(camera.right) * per_pixel;
-        let up = -normal.dot(camera.down) * per_pixel;
+        let up = -normal.dot(camera.down) * per_pixel_down;
         [normal.dot(camera.forward), left, up]
     })
 }
 
 /// Returns the image-space motion, in pixels, of the surfaces at sixteen pixels since the previous
-/// frame.
+/// frame; 0 for pixels that are not `shown`.
 #[inline(always)]
 pub(crate) fn flows<F: Float>(
     world: &World,
@@ -41,8 +41,9 @@ pub(crate) fn flows<F: Float>(
     directions: &V3<F>,
     sample: &SurfaceSample<F>,
     instances: F::Word,
+    shown: F::Mask,
 ) -> [[f32; 2]; LANES] {
-    let hit = sample.hit.bits();
+    let (hit, shown) = (sample.hit.bits(), shown.bits());
     let (t, instances, directions) =
         (sample.t.to_array(), instances.to_array(), vectors(directions));
     std::array::from_fn(|lane| {
@@ -50,24 +51,17 @@ pub(crate) fn flows<F: Float>(
         let is_hit = hit >> lane & 1 != 0;
         let now = camera.origin + direction * t[lane];
         let before = if is_hit { world.motions.before(instance, now) } else { None };
-        if camera.before.is_none() && before.is_none() {
+        if shown >> lane & 1 == 0 || camera.before.is_none() && before.is_none() {
             return [0.0; 2];
         }
-        let (origin, [forward, right, down]) = match &camera.before {
-            Some(view) => (view.origin, [view.forward, view.right, view.down]),
-            None => (camera.origin, [camera.forward, camera.right, camera.down]),
-        };
+        let view = camera.before.unwrap_or_else(|| camera.view());
         // The sky is at infinity: only its direction changes.
-        let to = if is_hit { before.unwrap_or(now) - origin } else { direction };
-        let depth = to.dot(forward);
-        if depth < NEAR_M {
-            return [0.0; 2];
+        let to = if is_hit { before.unwrap_or(now) - view.origin } else { direction };
+        let now = camera.project(&camera.view(), direction, 0.0);
+        match (now, camera.project(&view, to, NEAR_M)) {
+            (Some((now, _)), Some((before, _))) => [now[0] - before[0], now[1] - before[1]],
+            _ => [0.0; 2],
         }
-        // The pixel vectors have the length of a pixel's side at depth 1.
-        let scale = 1.0 / (camera.pixel * camera.pixel);
-        let now = [camera.right, camera.down].map(|axis| direction.dot(axis) * scale);
-        let before = [right, down].map(|axis| to.dot(axis) * scale / depth);
-        [now[0] - before[0], now[1] - before[1]]
     })
 }
 

@@ -4,14 +4,12 @@ use glam::Vec3;
 
 use crate::glyphs::{ADVANCE, GLYPHS, SIZE};
 use crate::hit::T_MIN;
-use crate::overlay::{Capsule, Overlay, Text};
+use crate::overlay::{Capsule, Overlay, TEXT_NEAR_M, Text};
 use crate::rays::Camera;
 use crate::simd::LANES;
 
 /// Number of image rows per pixel of a glyph's dot.
 const ROWS_PER_DOT: u32 = 240;
-/// Minimum depth of a text. Metres.
-const NEAR_M: f32 = 0.05;
 const BLACK: u32 = 0xff00_0000;
 
 /// Rasterizer for one tile of an image.
@@ -66,10 +64,17 @@ impl<'a> OverlayRaster<'a> {
         let OverlayRaster { overlay, camera, .. } = *self;
         self.near.clear();
         if !overlay.capsules.is_empty() {
-            let direction = |x: u32, y: u32| direction(camera, x, y).normalize_or(camera.forward);
-            let corners = [(0, 0), (7, 0), (0, 7), (7, 7)].map(|(r, d)| direction(x + r, y + d));
-            let axis = corners.iter().sum::<Vec3>().normalize_or(camera.forward);
-            let cosine = corners.iter().map(|c| c.dot(axis)).fold(1.0, f32::min) - 1e-6;
+            // A lens bends the edges of the block by less than a pixel.
+            let more = u32::from(camera.lens.is_some());
+            let (left, top) = (x.saturating_sub(more), y.saturating_sub(more));
+            let (right, bottom) = (x + 7 + more, y + 7 + more);
+            let corners = [(left, top), (right, top), (left, bottom), (right, bottom)]
+                .map(|(x, y)| camera.direction(x, y)?.try_normalize());
+            let sum = corners.iter().flatten().sum::<Vec3>();
+            let axis = sum.normalize_or(camera.forward);
+            // Where the lens does not show a corner, every shape may be visible.
+            let cosines = corners.iter().map(|corner| corner.map_or(-1.0, |c| c.dot(axis)));
+            let cosine = (cosines.fold(1.0, f32::min) - 1e-6).max(-1.0);
             let sine = (1.0 - cosine * cosine).max(0.0).sqrt();
             let widening = overlay.pixels * camera.pixel;
             let is_near = |low: [f32; 3], high: [f32; 3]| {
@@ -79,7 +84,7 @@ impl<'a> OverlayRaster<'a> {
                 let around = half + widening * (middle.length() + half);
                 let along = middle.dot(axis);
                 let across = (middle - axis * along).length();
-                along > -around && across * cosine - along * sine <= around
+                cosine < 0.0 || along > -around && across * cosine - along * sine <= around
             };
             self.stack.push(overlay.root);
             while let Some(link) = self.stack.pop() {
@@ -117,7 +122,7 @@ impl<'a> OverlayRaster<'a> {
     ) {
         for lane in 0..LANES as u32 {
             let (x, y) = (x + lane % 4, y + lane / 4);
-            let direction = direction(self.camera, x, y);
+            let Some(direction) = self.camera.direction(x, y) else { continue };
             let mut fragment = Fragment { t: f32::INFINITY, color: !0 };
             for at in &self.near {
                 let capsule = &self.overlay.capsules[*at as usize];
@@ -136,13 +141,6 @@ impl<'a> OverlayRaster<'a> {
             }
         }
     }
-}
-
-/// Returns the direction of a pixel's ray, at depth 1.
-#[inline(always)]
-fn direction(camera: &Camera, x: u32, y: u32) -> Vec3 {
-    let (x, y) = (x as f32 - camera.center[0], y as f32 - camera.center[1]);
-    camera.forward + camera.right * x + camera.down * y
 }
 
 /// Returns the ray parameter of the hit: the point of closest approach, moved towards the camera by
@@ -165,15 +163,12 @@ fn meet(capsule: &Capsule, camera: &Camera, direction: Vec3) -> Option<f32> {
 }
 
 fn place<'a>(text: &'a Text, camera: &Camera) -> Option<ScreenText<'a>> {
-    let to = Vec3::from(text.at) - camera.origin;
-    let depth = to.dot(camera.forward);
-    if depth < NEAR_M || text.count == 0 {
+    if text.count == 0 {
         return None;
     }
+    let to = Vec3::from(text.at) - camera.origin;
+    let ([across, down], depth) = camera.project(&camera.view(), to, TEXT_NEAR_M)?;
     let side = (camera.height / ROWS_PER_DOT).max(1) as f32;
-    let scale = 1.0 / (camera.pixel * camera.pixel * depth);
-    let across = to.dot(camera.right) * scale + camera.center[0];
-    let down = to.dot(camera.down) * scale + camera.center[1];
     let half = [(text.count * ADVANCE - 1) as f32, SIZE[1] as f32].map(|dots| dots * side * 0.5);
     Some(ScreenText { text, depth, left: across - half[0], top: down - half[1], side })
 }

@@ -3,15 +3,18 @@
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 use glam::{Vec3, vec3};
-use protocol::{Frame, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, sensor};
+use protocol::{
+    Frame, LensSpec, Name, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, sensor,
+};
 
 use super::CpuTracer;
 use super::shadow::Shadow;
 use super::traversal::Stack;
 use crate::quality::Quality;
-use crate::rays::{Camera, Lidar, Sensor, rays};
+use crate::rays::{Lidar, Sensor, rays};
 use crate::reference::{Ray, closest};
 use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
+use crate::tests::lens::lenses;
 use crate::{BundleJob, Scene, World, pose_planes, sample};
 
 fn town() -> (sample::Sample, Scene) {
@@ -84,13 +87,19 @@ fn camera_packets_agree_with_the_reference() {
     let world = world(&town, &scene);
     // A fine and a wide image, traced as beams, and a coarse one, traced as single rays; no size is
     // a multiple of 8.
-    for (index, spec) in
-        [camera(341, 253, FRAC_PI_2), camera(250, 61, 2.4), camera(84, 84, FRAC_PI_2)]
-            .iter()
-            .enumerate()
-    {
+    let [barrel, _, fisheye, _] = lenses([341, 253]);
+    let through = |lens: LensSpec| SensorSpec { lens, ..camera(341, 253, FRAC_PI_2) };
+    let specs = [
+        camera(341, 253, FRAC_PI_2),
+        camera(250, 61, 2.4),
+        camera(84, 84, FRAC_PI_2),
+        through(barrel),
+        through(fisheye),
+        through(LensSpec { focal_px: [110.0; 2], ..fisheye }),
+    ];
+    for (index, spec) in specs.iter().enumerate() {
         let pose = town.street_pose(index);
-        let Sensor::Camera(pinhole) = rays(spec, &pose, world.stamp, 0, Quality::Low).unwrap()
+        let Sensor::Camera(camera) = rays(spec, &pose, world.stamp, 0, Quality::Low).unwrap()
         else {
             unreachable!()
         };
@@ -105,8 +114,13 @@ fn camera_packets_agree_with_the_reference() {
             for y in 0..spec.height {
                 for x in 0..spec.width {
                     let at = (y * spec.width + x) as usize;
-                    let ray = Ray { origin: pinhole.origin, direction: direction(&pinhole, x, y) };
-                    let (depth, tag, id) = looked(&scene, &world, ray, protocol::DEPTH_FAR_M);
+                    let (depth, tag, id) = match camera.direction(x, y) {
+                        Some(direction) => {
+                            let ray = Ray { origin: camera.origin, direction };
+                            looked(&scene, &world, ray, protocol::DEPTH_FAR_M)
+                        }
+                        None => (protocol::DEPTH_FAR_M, 0, 0),
+                    };
                     wrong_depths += usize::from((depth - depths[at]).abs() > 1e-4 * depth);
                     wrong_things += usize::from((tag, id) != (tags[at], ids[at]));
                 }
@@ -120,12 +134,6 @@ fn camera_packets_agree_with_the_reference() {
             );
         }
     }
-}
-
-fn direction(camera: &Camera, x: u32, y: u32) -> Vec3 {
-    camera.forward
-        + camera.right * (x as f32 - camera.center[0])
-        + camera.down * (y as f32 - camera.center[1])
 }
 
 #[test]

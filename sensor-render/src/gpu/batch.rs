@@ -1,7 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use protocol::output;
+use protocol::{lens_model, output};
 
+use crate::overlay::{TEXT_NEAR_M, Text};
 use crate::rays::{Camera, Lidar, Sensor, rays};
 use crate::{error::TraceError, job::BundleJob, outputs, world::World};
 
@@ -29,10 +30,17 @@ pub(crate) struct GpuCamera {
     pub(crate) first_packing_group: u32,
     pub(crate) first_sample: u32,
     pub(crate) samples: u32,
+    pub(crate) lens: u32,
+    pub(crate) coefficient5: f32,
+    pub(crate) coefficients: [f32; 4],
+    pub(crate) pixel: [f32; 2],
+    pub(crate) focal: [f32; 2],
+    pub(crate) radius_max: f32,
+    pub(crate) image_radius_max: f32,
     pub(crate) reserved: [u32; 2],
 }
 
-const _: () = assert!(size_of::<GpuCamera>() == 128);
+const _: () = assert!(size_of::<GpuCamera>() == 176);
 
 /// Lidar as the shaders read it. Twin of `Lidar` in scene.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -75,6 +83,9 @@ pub(crate) struct Batch {
     pub(crate) lidars: Vec<GpuLidar>,
     /// Cosines and sines of the azimuths and elevations of all lidars.
     pub(crate) circles: Vec<[f32; 2]>,
+    /// Positions of the texts of the overlay in the image of each camera: column and row in pixels from the
+    /// centre of pixel (0, 0), and the depth; negative where the camera does not show it.
+    pub(crate) text_places: Vec<[f32; 4]>,
     pub(crate) windows: Vec<Window>,
     /// Bytes of output.
     pub(crate) byte_len: u64,
@@ -127,7 +138,10 @@ pub(crate) fn batches(
                 plane.map_or(NONE, |plane| ((base + plane.offset - begin) / 4) as u32)
             };
             match sensor {
-                Sensor::Camera(camera) => batch.add_camera(&camera, plane),
+                Sensor::Camera(camera) => {
+                    batch.add_text_places(&camera, &world.overlay.texts);
+                    batch.add_camera(&camera, plane);
+                }
                 Sensor::Lidar(lidar) => batch.add_lidar(&lidar, plane),
             }
             batch.extend(Window { job: job_index, begin, end, base });
@@ -139,6 +153,15 @@ pub(crate) fn batches(
 }
 
 impl Batch {
+    fn add_text_places(&mut self, camera: &Camera, texts: &[Text]) {
+        let place = |text: &Text| {
+            let to = Vec3::from(text.at) - camera.origin;
+            let place = camera.project(&camera.view(), to, TEXT_NEAR_M);
+            place.map_or([0.0, 0.0, -1.0, 0.0], |([x, y], depth)| [x, y, depth, 0.0])
+        };
+        self.text_places.extend(texts.iter().map(place));
+    }
+
     fn add_camera(&mut self, camera: &Camera, plane: impl Fn(u32) -> u32) {
         let pixels = camera.width * camera.height;
         let across = camera.width.div_ceil(8);
@@ -161,7 +184,7 @@ impl Batch {
             first_packing_group: self.groups[2],
             first_sample: camera.quality.first_sample(),
             samples: camera.quality.samples().len() as u32,
-            reserved: [0; 2],
+            ..lens_of(camera)
         });
         self.groups[0] += across * camera.height.div_ceil(8);
         if tag != NONE {
@@ -192,10 +215,12 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
-    /// Returns whether any camera has a colour image of several rays per pixel, or whether any has none.
-    pub(crate) fn has_cameras(&self, is_smooth: bool) -> bool {
-        let is_of_kind =
-            |camera: &GpuCamera| (camera.color != NONE && camera.samples > 1) == is_smooth;
+    /// Returns whether there is a camera with these: a colour image of several rays per pixel, a lens.
+    pub(crate) fn has_cameras(&self, is_smooth: bool, has_lens: bool) -> bool {
+        let is_of_kind = |camera: &GpuCamera| {
+            (camera.color != NONE && camera.samples > 1) == is_smooth
+                && (camera.lens != lens_model::PINHOLE) == has_lens
+        };
         self.cameras.iter().any(is_of_kind)
     }
 
@@ -230,6 +255,22 @@ impl Batch {
             }
         }
         self.windows.push(window);
+    }
+}
+
+/// Returns a camera with the lens of another one, and nothing else.
+fn lens_of(camera: &Camera) -> GpuCamera {
+    let Some(lens) = &camera.lens else { return GpuCamera::zeroed() };
+    let [coefficients @ .., coefficient5] = lens.coefficients;
+    GpuCamera {
+        lens: if lens.is_fisheye { lens_model::FISHEYE } else { lens_model::BROWN_CONRADY },
+        coefficient5,
+        coefficients,
+        pixel: [camera.pixel, camera.pixel_down],
+        focal: lens.focal,
+        radius_max: lens.radius_max,
+        image_radius_max: lens.image_radius_max,
+        ..GpuCamera::zeroed()
     }
 }
 

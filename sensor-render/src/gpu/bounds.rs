@@ -112,8 +112,13 @@ fn check_hierarchy(
     Ok(())
 }
 
-/// Checks that every plane of a batch lies within the output, the tags and the tables.
-pub(crate) fn check_batch(batch: &Batch) -> Result<(), String> {
+/// Checks that every plane of a batch lies within the output, the tags and the tables, and that each of
+/// the overlay's texts has its place in the image of each camera.
+pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
+    let (places, cameras) = (batch.text_places.len(), batch.cameras.len());
+    if places != cameras * texts {
+        return Err(format!("there are {places} places of {texts} texts in {cameras} images"));
+    }
     let (words, tags) = (batch.byte_len / 4, u64::from(batch.tag_len));
     let circles = batch.circles.len() as u64;
     let within = |what: &str, first: u32, count: u64, of: u64| {
@@ -225,13 +230,13 @@ mod tests {
             ..GpuCamera::zeroed()
         };
         let batch = |byte_len| Batch { cameras: vec![camera], byte_len, ..Batch::default() };
-        assert_eq!(check_batch(&batch(400)), Ok(()));
-        let error = check_batch(&batch(396)).unwrap_err();
+        assert_eq!(check_batch(&batch(400), 0), Ok(()));
+        let error = check_batch(&batch(396), 0).unwrap_err();
         assert_eq!(error, "colours take 100 words from 0 on, of 99");
         let lidar =
             GpuLidar { columns: 65_536, channels: 65_536, labels: NONE, ..GpuLidar::zeroed() };
         let circles = vec![[0.0; 2]; 131_072];
         let batch = Batch { lidars: vec![lidar], circles, byte_len: 1 << 30, ..Batch::default() };
-        assert!(check_batch(&batch).unwrap_err().starts_with("points take 17179869184 words"));
+        assert!(check_batch(&batch, 0).unwrap_err().starts_with("points take 17179869184 words"));
     }
 }

@@ -22,6 +22,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/pattern.wgsl"),
     include_str!("../shader/lamplight.wgsl"),
     include_str!("../shader/shade.wgsl"),
+    include_str!("../shader/lens.wgsl"),
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/overlay_raster.wgsl"),
     include_str!("../shader/lidar.wgsl"),
@@ -34,7 +35,7 @@ pub(crate) struct Kernels {
     pipeline_layout: PipelineLayout,
     module: ShaderModule,
     /// Renders the pixels of cameras, by [`CameraKernel`]; compiled at the first use.
-    trace_cameras: [OnceLock<ComputePipeline>; 4],
+    trace_cameras: [OnceLock<ComputePipeline>; 8],
     /// Draws debug shapes into the colours of all cameras.
     pub(crate) draw_overlay: ComputePipeline,
     /// Packs the tags of all cameras, four per word.
@@ -98,10 +99,11 @@ impl Kernels {
 
     /// Returns the kernel that renders cameras of this kind.
     pub(crate) fn trace_cameras(&self, device: &Device, kind: CameraKernel) -> &ComputePipeline {
-        let CameraKernel { is_smooth, has_lamps } = kind;
-        self.trace_cameras[usize::from(is_smooth) * 2 + usize::from(has_lamps)].get_or_init(|| {
-            let word = |is_so: bool| f64::from(u8::from(is_so));
-            let constants = [("SMOOTH", word(is_smooth)), ("HAS_LAMPS", word(has_lamps))];
+        let CameraKernel { is_smooth, has_lens, has_lamps } = kind;
+        let [smooth, lens, lamps] = [is_smooth, has_lens, has_lamps].map(u8::from);
+        self.trace_cameras[usize::from(smooth << 2 | lens << 1 | lamps)].get_or_init(|| {
+            let constants = [("SMOOTH", smooth), ("HAS_LENS", lens), ("HAS_LAMPS", lamps)]
+                .map(|(name, word)| (name, f64::from(word)));
             let Kernels { pipeline_layout, module, .. } = self;
             pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
         })
@@ -130,6 +132,8 @@ impl Kernels {
 pub(crate) struct CameraKernel {
     /// Those with several rays per pixel, or the others.
     pub(crate) is_smooth: bool,
+    /// Those with a lens, or pinholes.
+    pub(crate) has_lens: bool,
     /// Whether any lamp shines.
     pub(crate) has_lamps: bool,
 }

@@ -141,7 +141,7 @@ impl GpuResources {
                 batch.lidars.len() as u32,
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
-            overlay: self.upload_overlay(gpu, &world.overlay),
+            overlay: self.upload_overlay(gpu, &world.overlay, &batch.text_places),
             town: [scene.smooth_from, 0, 0, 0],
             samples: SAMPLES,
         };
@@ -179,19 +179,25 @@ impl GpuResources {
         self.upload(gpu, at::LAMPS, &parts.concat());
     }
 
-    /// Uploads the debug shapes, if there are any. Returns the root, the offsets of capsules and
+    /// Uploads the debug shapes, if there are any, and the places of the texts in each image. Returns the root, the offsets of capsules and
     /// texts in units of 16 bytes, and the number of texts.
-    fn upload_overlay(&mut self, gpu: &Gpu, overlay: &Overlay) -> [u32; 4] {
+    fn upload_overlay(
+        &mut self,
+        gpu: &Gpu,
+        overlay: &Overlay,
+        text_places: &[[f32; 4]],
+    ) -> [u32; 4] {
         if overlay.is_empty() {
             return [Link::EMPTY.0, 0, 0, 0];
         }
         let head = [overlay.pixels, 0.0, 0.0, 0.0];
-        let parts: [&[u8]; 5] = [
+        let parts: [&[u8]; 6] = [
             bytemuck::cast_slice(&head),
             bytemuck::cast_slice(&GLYPHS),
             bytemuck::cast_slice(&overlay.nodes),
             bytemuck::cast_slice(&overlay.capsules),
             bytemuck::cast_slice(&overlay.texts),
+            bytemuck::cast_slice(text_places),
         ];
         self.upload(gpu, at::OVERLAY, &parts.concat());
         let ends = |count: usize| parts[..count].iter().map(|part| part.len() / 16).sum::<usize>();

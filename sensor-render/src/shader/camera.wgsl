@@ -4,6 +4,9 @@
 const DEPTH_FAR_M = 1000.0;
 const SKY = 11u;
 
+// Which cameras a pipeline renders: those with a lens, or pinholes.
+override HAS_LENS: bool = false;
+
 // Returns the last camera whose first group is at most `group`.
 fn camera_of(group: u32) -> u32 {
     var low = 0u;
@@ -39,7 +42,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     let samples = cameras[index].samples;
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
-    if (is_smooth != SMOOTH) {
+    if (is_smooth != SMOOTH || (cameras[index].lens != 0u) != HAS_LENS) {
         return;
     }
     // A colour image of several rays per pixel has none through the centre; the other outputs have.
@@ -56,8 +59,21 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
             sample = frame.samples[cameras[index].first_sample + step - 1u];
         }
         let at = from_center + sample.xy;
-        let direction = cameras[index].forward.xyz + cameras[index].right.xyz * at.x
+        let own = (step + 3u) % 4u;
+        var direction = cameras[index].forward.xyz + cameras[index].right.xyz * at.x
             + cameras[index].down.xyz * at.y;
+        if (HAS_LENS) {
+            let through = lens_direction(index, at);
+            direction = through.xyz;
+            if (through.w == 0.0) {
+                if (is_center) {
+                    write_black(index, pixel);
+                }
+                // No ray has this name.
+                seen[own] = vec2u(NONE, 0u);
+                continue;
+            }
+        }
         let ray = Ray(cameras[index].origin.xyz, direction);
         let hit = closest(ray, FAR_AWAY, false);
         if (is_center) {
@@ -66,7 +82,6 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
                 continue;
             }
         }
-        let own = (step + 3u) % 4u;
         let name = vec2u(hit.triangle, hit.instance);
         var radiance: Radiance;
         var is_fresh = true;
@@ -88,6 +103,11 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     }
 }
 
+// Writes every output but the colour of a pixel that the lens does not show.
+fn write_black(index: u32, pixel: u32) {
+    write_pixel(index, pixel, DEPTH_FAR_M, 0u, 0u);
+}
+
 // Writes every output of a pixel but the colour.
 fn write_others(index: u32, pixel: u32, hit: Hit) {
     var depth = DEPTH_FAR_M;
@@ -98,6 +118,10 @@ fn write_others(index: u32, pixel: u32, hit: Hit) {
         tag = tag_of(hit);
         id = id_of(hit);
     }
+    write_pixel(index, pixel, depth, tag, id);
+}
+
+fn write_pixel(index: u32, pixel: u32, depth: f32, tag: u32, id: u32) {
     if (cameras[index].depth != NONE) {
         bytes_out[cameras[index].depth + pixel] = bitcast<u32>(depth);
     }

@@ -2,13 +2,12 @@
 // shapes.
 
 const ROWS_PER_DOT = 240u;
-const NEAR_M = 0.05;
 const BLACK = 0xff000000u;
 const ADVANCE = 6;
 const GLYPH_SIZE = vec2i(5, 7);
 
-// Largest minimum radius in pixels; then 96 glyphs of two words, nodes, capsules and texts: see
-// `GpuResources::upload_overlay`.
+// Largest minimum radius in pixels; then 96 glyphs of two words, nodes, capsules, texts, and the places of
+// the texts in each image: see `GpuResources::upload_overlay`.
 @group(0) @binding(13) var<storage, read> overlay: array<vec4u>;
 const FIRST_GLYPH = 1u;
 const FIRST_OVERLAY_NODE = 49u;
@@ -115,18 +114,17 @@ fn is_dot(place: u32, column: i32, row: i32) -> bool {
     return ((words[(glyph % 2u) * 2u + 1u] >> (bit - 32u)) & 1u) != 0u;
 }
 
-fn meet_text(place: u32, camera: u32, x: u32, y: u32, fragment: Fragment) -> Fragment {
-    let to = bitcast<vec3f>(overlay[place].xyz) - cameras[camera].origin.xyz;
-    let depth = dot(to, cameras[camera].forward.xyz);
+fn meet_text(text: u32, camera: u32, x: u32, y: u32, fragment: Fragment) -> Fragment {
+    let place = frame.overlay.z + text * 10u;
     let count = overlay[place + 1u].x;
-    if (depth < NEAR_M || count == 0u) {
+    let in_image =
+        bitcast<vec3f>(overlay[frame.overlay.z + (10u + camera) * frame.overlay.w + text].xyz);
+    let depth = in_image.z;
+    if (depth < 0.0 || count == 0u) {
         return fragment;
     }
     let side = f32(max(cameras[camera].height / ROWS_PER_DOT, 1u));
-    let pixel = cameras[camera].origin.w;
-    let scale = 1.0 / (pixel * pixel * depth);
-    let middle = vec2f(dot(to, cameras[camera].right.xyz), dot(to, cameras[camera].down.xyz)) * scale
-        + cameras[camera].center;
+    let middle = in_image.xy;
     let half = vec2f(f32(count * u32(ADVANCE) - 1u), f32(GLYPH_SIZE.y)) * side * 0.5;
     let at = vec2i(floor((vec2f(f32(x), f32(y)) - (middle - half)) / side));
     if (is_dot(place, at.x, at.y)) {
@@ -155,12 +153,19 @@ fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocatio
         return;
     }
     let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
-    let direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
+    var direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
         + cameras[index].down.xyz * from_center.y;
+    if (cameras[index].lens != 0u) {
+        let through = lens_direction(index, from_center);
+        if (through.w == 0.0) {
+            return;
+        }
+        direction = through.xyz;
+    }
     let ray = Ray(cameras[index].origin.xyz, direction);
     var fragment = meet_capsules(ray, cameras[index].origin.w);
     for (var text = 0u; text < frame.overlay.w; text++) {
-        fragment = meet_text(frame.overlay.z + text * 10u, index, x, y, fragment);
+        fragment = meet_text(text, index, x, y, fragment);
     }
     // Nearer surfaces hide the shape.
     if (fragment.t < FAR_AWAY && closest(ray, fragment.t, true).triangle == NONE) {

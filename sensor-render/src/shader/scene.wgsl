@@ -37,7 +37,7 @@ struct Instance {
 }
 
 struct Camera {
-    // w: side of a pixel at depth 1.
+    // w: width of a pixel at depth 1.
     origin: vec4f,
     forward: vec4f,
     right: vec4f,
@@ -58,6 +58,17 @@ struct Camera {
     // Its rays per pixel in `frame.samples`.
     first_sample: u32,
     samples: u32,
+    // Lens model (lens_model in lens.rs of the protocol); 0: a pinhole, which has none of what follows.
+    lens: u32,
+    // Fifth coefficient of a lens.
+    coefficient5: f32,
+    coefficients: vec4f,
+    // Sides of a pixel at depth 1, and the focal lengths in pixels.
+    pixel: vec2f,
+    focal: vec2f,
+    // Largest undistorted radius, and the distorted one there.
+    radius_max: f32,
+    image_radius_max: f32,
     reserved0: u32,
     reserved1: u32,
 }

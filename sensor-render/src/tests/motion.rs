@@ -1,8 +1,11 @@
 //! Normals and optical flow agree with the motion of actors and cameras.
 
 use glam::{Quat, Vec2, Vec3};
-use protocol::{ActorId, ActorState, Plane, Pose, SensorSpec, flag, layout, output};
+use protocol::{
+    ActorId, ActorState, LensSpec, Plane, Pose, Projection, SensorSpec, flag, layout, output,
+};
 
+use super::lens::lenses;
 use super::{actor, camera, cpu, scene, world_with};
 use crate::{BundleJob, Scene, Tracer, World, pose_planes};
 
@@ -14,9 +17,15 @@ const SIDE: f32 = 2.0 / 81.0;
 struct Picture(Vec<(u32, Vec<f32>)>);
 
 impl Picture {
-    fn of(tracer: &mut Tracer, scene: &Scene, world: &World, carrier: &ActorState) -> Picture {
+    fn of(
+        tracer: &mut Tracer,
+        scene: &Scene,
+        world: &World,
+        carrier: &ActorState,
+        lens: LensSpec,
+    ) -> Picture {
         let outputs = output::NORMAL | output::FLOW | output::DEPTH | output::INSTANCE;
-        let spec = SensorSpec { outputs, ..camera(SIZE[0] as u32, SIZE[1] as u32) };
+        let spec = SensorSpec { outputs, lens, ..camera(SIZE[0] as u32, SIZE[1] as u32) };
         let (mut planes, byte_len) = layout(&[spec]);
         pose_planes(&mut planes, &[spec], &carrier.pose);
         let mut words = vec![[0xa5a5_a5a5_a5a5_a5a5u64; 8]; byte_len as usize / 64 + 1];
@@ -70,12 +79,22 @@ fn measured(
     before: &[ActorState],
     now: &[ActorState],
 ) -> Picture {
+    measured_through(LensSpec::default(), tracer, carrier, before, now)
+}
+
+fn measured_through(
+    lens: LensSpec,
+    tracer: &mut Tracer,
+    carrier: u32,
+    before: &[ActorState],
+    now: &[ActorState],
+) -> Picture {
     let scene = scene();
     let mut world = world_with(&scene, now);
     world.track_motion(&scene, before, now);
     let of_carrier = now.iter().find(|a| a.actor_id == ActorId(carrier));
     let carrier = of_carrier.copied().unwrap_or(nobody(Pose::IDENTITY));
-    Picture::of(tracer, &scene, &world, &carrier)
+    Picture::of(tracer, &scene, &world, &carrier, lens)
 }
 
 fn car_at(x: f32, y: f32) -> ActorState {
@@ -135,6 +154,34 @@ fn a_camera_that_moves_ahead_measures_flow_away_from_the_centre() {
         );
     }
     close(picture.flow([5, 2]), Vec2::ZERO);
+}
+
+#[test]
+fn flow_through_a_lens_leads_to_the_pixel_that_showed_the_point_before() {
+    for lens in lenses(SIZE.map(|size| size as u32)) {
+        let spec = SensorSpec { lens, ..camera(SIZE[0] as u32, SIZE[1] as u32) };
+        let projection = Projection::of(&spec).unwrap();
+        let (before, now) = ([carrier_at(-1.0, 0.3, -0.04)], [carrier_at(0.0, 0.0, 0.0)]);
+        let before_from_now = before[0].pose.affine().inverse() * now[0].pose.affine();
+        let picture = measured_through(lens, &mut cpu(1), 9, &before, &now);
+        let mut seen = 0;
+        for (x, y) in
+            (0..SIZE[1]).step_by(4).flat_map(|y| (0..SIZE[0]).step_by(4).map(move |x| (x, y)))
+        {
+            let pixel = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+            let depth = picture.depth([x, y]);
+            if picture.normal([x, y]) == Vec3::ZERO {
+                continue;
+            }
+            // The camera stands 1 m above its carrier.
+            let point = projection.unproject(pixel, depth).unwrap() + Vec3::Z;
+            let then = before_from_now.transform_point3(point) - Vec3::Z;
+            let Some(then) = projection.project(then) else { continue };
+            close(picture.flow([x, y]), pixel - then);
+            seen += 1;
+        }
+        assert!(seen > 60, "{lens:?}: {seen}");
+    }
 }
 
 #[test]
