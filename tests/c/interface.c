@@ -169,6 +169,15 @@ static void wrong(const OmnibusClient *client) {
     OmnibusCamera camera = {.pose = ROOF, .width = 64, .height = 48, .fov_rad = 9.0f, .held_max = 1,
                             .outputs = OMNIBUS_OUTPUT_COLOR};
     FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), REFUSED, "fov_rad is 9");
+    camera.lens = (OmnibusLens){.model = OMNIBUS_LENS_BROWN_CONRADY, .coefficients = {-9.0f}};
+    camera.fov_rad = 1.5f;
+    FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), REFUSED, "polynomial falls");
+    camera.lens.model = 9;
+    FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), ARGUMENT, "lens.model is 9");
+    camera.lens = (OmnibusLens){.model = OMNIBUS_LENS_FISHEYE, .max_angle_rad = 1.6f};
+    camera.fov_rad = 3.2f;
+    OK(omnibus_create_camera(client, "round", car, &camera, &bundle));
+    omnibus_destroy_bundle(bundle);
     camera.held_max = OMNIBUS_HELD_MAX + 1;
     FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), ARGUMENT, "held_max is 8");
     camera.outputs = OMNIBUS_OUTPUT_POINTS;

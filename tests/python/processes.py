@@ -15,7 +15,7 @@ import time
 from kit import launch, nothing_is_left, run_python
 
 import omnibus
-from omnibus.sensors import Camera, Imu
+from omnibus.sensors import BrownConrady, Camera, Fisheye, Imu
 
 FRONT = Camera("front", 64, 48, math.radians(90), omnibus.Pose((1.5, 0.0, 1.5)))
 
@@ -296,6 +296,31 @@ def a_program_of_another_build_is_refused_by_name() -> None:
             control.write(build)
 
 
+def a_projection_follows_the_lens() -> None:
+    lens = BrownConrady(-0.2, 0.05, 0.001, -0.002, 0.01)
+    camera = Camera("c", 640, 480, lens=lens, intrinsics_px=(500.0, 510.0, 322.5, 239.0))
+    forward, left, up = 4.0, 1.0, -0.5
+    x, y = -left / forward, -up / forward
+    square = x * x + y * y
+    radial = 1 + lens.k1 * square + lens.k2 * square**2 + lens.k3 * square**3
+    bent_x = x * radial + 2 * lens.p1 * x * y + lens.p2 * (square + 2 * x * x)
+    bent_y = y * radial + lens.p1 * (square + 2 * y * y) + 2 * lens.p2 * x * y
+    u, v = camera.projection.project((forward, left, up))
+    assert math.hypot(u - (322.5 + 500.0 * bent_x), v - (239.0 + 510.0 * bent_y)) < 1e-3, (u, v)
+    back = camera.projection.unproject((u, v), forward)
+    assert math.dist(back, (forward, left, up)) < 1e-4, back
+    assert camera.projection.focal_px == (500.0, 510.0) and camera.focal_px == 500.0
+    around = Camera("a", 256, 256, 3.4, lens=Fisheye(max_angle_rad=1.7), outputs=("depth", "color"))
+    assert around.projection.project((-0.1, 1.0, 0.0)) is not None, "behind, but less than 97.4°"
+    assert around.projection.project((-0.2, 1.0, 0.0)) is None
+    with launch(sensors=[around]) as simulator:
+        seen = simulator.client.tick()["a"]
+        assert seen.depth[0, 0] == 1000.0 and not seen.color[0, 0, :3].any(), "outside of the circle"
+        assert seen.depth[200, 128] < 1000.0 and seen.color[200, 128, :3].any()
+    raises(ValueError, ['camera "c"', "k1 is"], lambda: Camera("c", 8, 8, lens=BrownConrady(1e9)).projection)
+    raises(ValueError, ["is no lens"], lambda: Camera("c", 8, 8, lens=3).projection)
+
+
 def refusals_have_codes_and_advice() -> None:
     with launch(sensors=[FRONT]) as simulator:
         client, ego = simulator.client, simulator.ego
@@ -319,6 +344,8 @@ def refusals_have_codes_and_advice() -> None:
         raises(ValueError, ["no sensor"], lambda: client.create_bundle("b", ["eye"]))
         raises(ValueError, ["delta_secs"], lambda: client.synchronise(-1.0))
         raises(omnibus.RefusedError, ["fov_rad"], lambda: client.create_bundle("b", [Camera("c", 8, 8, 9.0)]))
+        bent = Camera("c", 8, 8, lens=BrownConrady(-9.0))
+        raises(omnibus.RefusedError, ["polynomial falls"], lambda: client.create_bundle("b", [bent]))
         client.load_map()
         raises(omnibus.WorldGoneError, ["create the bundle again"], client.tick)
         assert client.tick().measurements == {} and ego not in client.world
@@ -337,6 +364,7 @@ if __name__ == "__main__":
         a_killed_simulator_is_an_error_and_nothing_hangs,
         a_simulator_ends_however_python_ends,
         a_program_of_another_build_is_refused_by_name,
+        a_projection_follows_the_lens,
         refusals_have_codes_and_advice,
     ):
         begun = time.monotonic()

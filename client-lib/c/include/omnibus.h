@@ -79,7 +79,7 @@
  * The version of the declarations in this header. omnibus_connect() compares it with that of the
  * library.
  */
-#define OMNIBUS_INTERFACE 1
+#define OMNIBUS_INTERFACE 2
 
 /**
  * A car, truck, bus, motorcycle or bicycle.
@@ -137,7 +137,7 @@
 #define OMNIBUS_OUTPUT_COLOR 1
 
 /**
- * Camera: metres along the optical axis, one float a pixel.
+ * Camera: metres along the optical axis, of a fisheye from the camera; one float a pixel.
  */
 #define OMNIBUS_OUTPUT_DEPTH 2
 
@@ -166,6 +166,22 @@
  * The most measurements of one bundle that may be held at a time.
  */
 #define OMNIBUS_HELD_MAX 7
+
+/**
+ * Lens: a pinhole.
+ */
+#define OMNIBUS_LENS_PINHOLE 0
+
+/**
+ * Lens: radial and tangential distortion (Brown 1971); coefficients k1, k2, p1, p2, k3 as in OpenCV's calib3d.
+ */
+#define OMNIBUS_LENS_BROWN_CONRADY 1
+
+/**
+ * Lens: a fisheye (Kannala and Brandt 2006); coefficients k1 to k4 as in OpenCV's fisheye. Depth is the
+ * distance from the camera.
+ */
+#define OMNIBUS_LENS_FISHEYE 2
 
 /**
  * What a call returned.
@@ -411,7 +427,36 @@ typedef struct OmnibusControl {
 } OmnibusControl;
 
 /**
- * A pinhole camera without distortion; pixel (0, 0) is at the top left.
+ * Lens of a camera; all 0 is a pinhole with the field of view of its camera.
+ */
+typedef struct OmnibusLens {
+  /**
+   * One of OMNIBUS_LENS_….
+   */
+  uint32_t model;
+  /**
+   * Focal lengths along the rows and the columns of the image, pixels. Both 0: the field of view gives
+   * them, and the principal point is the middle of the image.
+   */
+  float focal_px[2];
+  /**
+   * Column and row of the principal point, pixels. The centre of pixel (0, 0) lies at (0.5, 0.5): add 0.5
+   * to the numbers of OpenCV and ROS.
+   */
+  float center_px[2];
+  /**
+   * Coefficients in the order of the model; the others are 0.
+   */
+  float coefficients[5];
+  /**
+   * Fisheye: largest angle between ray and optical axis, radians, at most pi; the image is black beyond.
+   * 0: as far as the formula holds.
+   */
+  float max_angle_rad;
+} OmnibusLens;
+
+/**
+ * A camera; pixel (0, 0) is at the top left.
  */
 typedef struct OmnibusCamera {
   /**
@@ -428,7 +473,8 @@ typedef struct OmnibusCamera {
    */
   uint32_t height;
   /**
-   * Horizontal field of view, radians, above 0 and below pi; pixels are square.
+   * Horizontal field of view, radians, above 0 and below pi, of a fisheye below 2 pi; pixels are square.
+   * Without effect if the lens has focal lengths.
    */
   float fov_rad;
   /**
@@ -439,6 +485,10 @@ typedef struct OmnibusCamera {
    * How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
    */
   uint32_t held_max;
+  /**
+   * Lens.
+   */
+  struct OmnibusLens lens;
 } OmnibusCamera;
 
 /**

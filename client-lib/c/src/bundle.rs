@@ -12,8 +12,8 @@ use std::{
 };
 
 use client_lib::{
-    ActorId, CameraOptions, CameraOutputs, LidarOptions, LidarOutputs, Measurement, Sensor,
-    SensorBundle,
+    ActorId, CameraOptions, CameraOutputs, Intrinsics, Lens, LidarOptions, LidarOutputs,
+    Measurement, Sensor, SensorBundle,
 };
 
 use crate::{
@@ -25,7 +25,7 @@ use crate::{
 
 /// Camera: red, green, blue, 255; sRGB, 4 bytes a pixel.
 pub const OMNIBUS_OUTPUT_COLOR: u32 = 1;
-/// Camera: metres along the optical axis, one float a pixel.
+/// Camera: metres along the optical axis, of a fisheye from the camera; one float a pixel.
 pub const OMNIBUS_OUTPUT_DEPTH: u32 = 2;
 /// Camera: the semantic tag, one byte a pixel.
 pub const OMNIBUS_OUTPUT_TAG: u32 = 4;
@@ -40,7 +40,63 @@ pub const OMNIBUS_OUTPUT_LABELS: u32 = 32;
 /// The most measurements of one bundle that may be held at a time.
 pub const OMNIBUS_HELD_MAX: u32 = 7;
 
-/// A pinhole camera without distortion; pixel (0, 0) is at the top left.
+/// Lens: a pinhole.
+pub const OMNIBUS_LENS_PINHOLE: u32 = 0;
+/// Lens: radial and tangential distortion (Brown 1971); coefficients k1, k2, p1, p2, k3 as in OpenCV's calib3d.
+pub const OMNIBUS_LENS_BROWN_CONRADY: u32 = 1;
+/// Lens: a fisheye (Kannala and Brandt 2006); coefficients k1 to k4 as in OpenCV's fisheye. Depth is the
+/// distance from the camera.
+pub const OMNIBUS_LENS_FISHEYE: u32 = 2;
+
+/// Lens of a camera; all 0 is a pinhole with the field of view of its camera.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct OmnibusLens {
+    /// One of OMNIBUS_LENS_….
+    pub model: u32,
+    /// Focal lengths along the rows and the columns of the image, pixels. Both 0: the field of view gives
+    /// them, and the principal point is the middle of the image.
+    pub focal_px: [f32; 2],
+    /// Column and row of the principal point, pixels. The centre of pixel (0, 0) lies at (0.5, 0.5): add 0.5
+    /// to the numbers of OpenCV and ROS.
+    pub center_px: [f32; 2],
+    /// Coefficients in the order of the model; the others are 0.
+    pub coefficients: [f32; 5],
+    /// Fisheye: largest angle between ray and optical axis, radians, at most pi; the image is black beyond.
+    /// 0: as far as the formula holds.
+    pub max_angle_rad: f32,
+}
+
+impl OmnibusLens {
+    fn checked(&self) -> Result<Lens, Fault> {
+        let [a, b, c, d, e] = self.coefficients;
+        let unused = |from: usize| match self.coefficients.iter().skip(from).find(|k| **k != 0.0) {
+            Some(k) => Err(Fault::argument(format!(
+                "lens.coefficients has {k} after the {from} coefficients of model {}",
+                self.model
+            ))),
+            None => Ok(()),
+        };
+        let max_angle_rad = Some(self.max_angle_rad).filter(|angle| *angle != 0.0);
+        match self.model {
+            OMNIBUS_LENS_FISHEYE => {
+                unused(4).map(|()| Lens::Fisheye { k: [a, b, c, d], max_angle_rad })
+            }
+            _ if max_angle_rad.is_some() => {
+                Err(Fault::argument("lens.max_angle_rad is only for OMNIBUS_LENS_FISHEYE"))
+            }
+            OMNIBUS_LENS_PINHOLE => unused(0).map(|()| Lens::Pinhole),
+            OMNIBUS_LENS_BROWN_CONRADY => {
+                Ok(Lens::BrownConrady { k1: a, k2: b, p1: c, p2: d, k3: e })
+            }
+            other => Err(Fault::argument(format!(
+                "lens.model is {other}, not 0 (pinhole), 1 (Brown-Conrady) or 2 (fisheye)"
+            ))),
+        }
+    }
+}
+
+/// A camera; pixel (0, 0) is at the top left.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct OmnibusCamera {
@@ -51,12 +107,15 @@ pub struct OmnibusCamera {
     pub width: u32,
     /// Height of the image, pixels.
     pub height: u32,
-    /// Horizontal field of view, radians, above 0 and below pi; pixels are square.
+    /// Horizontal field of view, radians, above 0 and below pi, of a fisheye below 2 pi; pixels are square.
+    /// Without effect if the lens has focal lengths.
     pub fov_rad: f32,
     /// Bits OMNIBUS_OUTPUT_… of a camera, at least one.
     pub outputs: u32,
     /// How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
     pub held_max: u32,
+    /// Lens.
+    pub lens: OmnibusLens,
 }
 
 /// A lidar without noise that measures its whole field of view in every frame.
@@ -191,10 +250,15 @@ pub extern "C" fn omnibus_create_camera(
     bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
 ) -> OmnibusStatus {
     call("omnibus_create_camera", || {
-        let OmnibusCamera { pose, width, height, fov_rad, outputs, held_max } =
+        let OmnibusCamera { pose, width, height, fov_rad, outputs, held_max, lens } =
             *camera.ok_or_else(|| Fault::null("camera"))?;
         let outputs = CameraOutputs::from_bits(outputs).ok_or_else(|| unknown_outputs(outputs))?;
-        let options = CameraOptions::new(width, height, fov_rad).outputs(outputs);
+        let intrinsics = ([lens.focal_px, lens.center_px] != [[0.0; 2]; 2])
+            .then(|| Intrinsics::new(lens.focal_px, lens.center_px));
+        let options = CameraOptions::new(width, height, fov_rad)
+            .outputs(outputs)
+            .intrinsics(intrinsics)
+            .lens(lens.checked()?);
         let sensor = Sensor::new(text(name, "name")?, pose.checked("pose")?, options);
         create(client, parent, sensor, held_max, bundle)
     })

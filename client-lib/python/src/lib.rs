@@ -17,6 +17,7 @@ mod measurement;
 mod numpy;
 mod owned;
 mod pose;
+mod projection;
 mod recorder;
 mod sensor;
 mod storage;
@@ -42,6 +43,8 @@ mod _omnibus {
     use super::map::{LanePoint, Map};
     #[pymodule_export]
     use super::measurement::{Measurement, Reading};
+    #[pymodule_export]
+    use super::projection::Projection;
     #[pymodule_export]
     use super::recorder::Recorder;
     #[pymodule_export]

@@ -3,8 +3,9 @@
 use std::time::Duration;
 
 use client_lib::{
-    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, LidarOptions, LidarOutputs,
-    ObstacleOptions, OdometryOptions, PointAttribute, Quality, Sensor, SensorKind, glam::Vec3,
+    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, Intrinsics, Lens, LidarOptions,
+    LidarOutputs, ObstacleOptions, OdometryOptions, PointAttribute, Quality, Sensor, SensorKind,
+    glam::Vec3,
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -127,7 +128,37 @@ fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {
         }
     };
     let options = CameraOptions::new(width, height, fields.get("fov_rad")?);
-    Ok(options.outputs(outputs).quality(quality))
+    let intrinsics: Option<[f32; 4]> = fields.get("intrinsics_px")?;
+    let intrinsics = intrinsics.map(|[fx, fy, cx, cy]| Intrinsics::new([fx, fy], [cx, cy]));
+    let lens = lens(&Fields(&fields.0.getattr("lens")?))?;
+    Ok(options.outputs(outputs).quality(quality).intrinsics(intrinsics).lens(lens))
+}
+
+fn lens(fields: &Fields<'_, '_>) -> PyResult<Lens> {
+    if fields.0.is_none() {
+        return Ok(Lens::Pinhole);
+    }
+    let model: String =
+        fields.0.getattr("model").and_then(|model| model.extract()).map_err(|_| {
+            let given = fields.0;
+            PyValueError::new_err(format!(
+                "{given} is no lens; use BrownConrady or Fisheye of omnibus.sensors, or None"
+            ))
+        })?;
+    match model.as_str() {
+        "brown_conrady" => Ok(Lens::BrownConrady {
+            k1: fields.get("k1")?,
+            k2: fields.get("k2")?,
+            p1: fields.get("p1")?,
+            p2: fields.get("p2")?,
+            k3: fields.get("k3")?,
+        }),
+        "fisheye" => Ok(Lens::Fisheye {
+            k: [fields.get("k1")?, fields.get("k2")?, fields.get("k3")?, fields.get("k4")?],
+            max_angle_rad: fields.get("max_angle_rad")?,
+        }),
+        other => Err(PyValueError::new_err(format!("unknown model of a lens {other:?}"))),
+    }
 }
 
 fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {

@@ -7,6 +7,7 @@ from typing import Any, Literal, Self, final
 import numpy as np
 from numpy.typing import NDArray
 
+from . import sensors
 from .client import Weather
 from .gym.config import Camera
 from .pose import Pose, Vector
@@ -28,6 +29,24 @@ class Cancel:
 @final
 class Memory:
     """The owner of an array's memory: the array's ``base``."""
+
+@final
+class Projection:
+    """The projection of a camera, with its lens: sensor space is x forward, y left, z up."""
+
+    def __new__(cls, camera: sensors.Camera) -> Self: ...
+    def project(self, point: Vector) -> tuple[float, float] | None:
+        """Column and row of a point in sensor space, which may lie outside of the image; None where the lens
+        shows nothing. The centre of pixel (0, 0) lies at (0.5, 0.5)."""
+    def unproject(self, pixel: tuple[float, float], depth_m: float) -> Vector | None:
+        """The point in sensor space that a pixel shows at a depth of the depth image; None where the lens
+        shows nothing."""
+    @property
+    def focal_px(self) -> tuple[float, float]:
+        """fx and fy."""
+    @property
+    def center_px(self) -> tuple[float, float]:
+        """cx and cy."""
 
 @final
 class World:
@@ -85,7 +104,7 @@ class Reading:
         """Camera: height × width × 4; red, green, blue, 255, sRGB."""
     @property
     def depth(self) -> NDArray[np.float32]:
-        """Camera: height × width; metres along the optical axis."""
+        """Camera: height × width; metres along the optical axis, of a fisheye from the camera."""
     @property
     def tags(self) -> NDArray[np.uint8]:
         """Camera: height × width; semantic tags."""

@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 from .pose import Pose, Vector
+
+if TYPE_CHECKING:
+    from ._omnibus import Projection
 
 CameraOutput = Literal["color", "depth", "tags", "instances", "normals", "flow"]
 LidarOutput = Literal["points", "labels"]
@@ -21,13 +24,41 @@ _ZERO: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
+class BrownConrady:
+    """Radial and tangential distortion, with the coefficients of OpenCV's ``calib3d``."""
+
+    k1: float
+    k2: float = 0.0
+    p1: float = 0.0
+    p2: float = 0.0
+    k3: float = 0.0
+    model: ClassVar[str] = "brown_conrady"
+
+
+@dataclass(frozen=True)
+class Fisheye:
+    """A fisheye up to more than 180°, with the coefficients of OpenCV's ``fisheye``. Depth is the
+    distance from the camera."""
+
+    k1: float = 0.0
+    k2: float = 0.0
+    k3: float = 0.0
+    k4: float = 0.0
+    #: Largest angle between ray and optical axis, at most π; the image is black beyond. None: as far as the
+    #: formula holds.
+    max_angle_rad: float | None = None
+    model: ClassVar[str] = "fisheye"
+
+
+@dataclass(frozen=True)
 class Camera:
-    """A pinhole camera without distortion; pixels are square."""
+    """A camera; without ``lens`` a pinhole."""
 
     name: str
     width: int
     height: int
-    #: Horizontal field of view, above 0 and below π.
+    #: Horizontal field of view from edge to edge: above 0 and below π, of a fisheye below 2π; pixels are
+    #: square. Without effect if ``intrinsics_px`` are given.
     fov_rad: float = math.pi / 2
     pose: Pose = field(default_factory=Pose)
     outputs: Sequence[CameraOutput] = ("color",)
@@ -35,12 +66,24 @@ class Camera:
     quality: Literal["default", "low", "standard", "epic"] = "default"
     period_secs: float = 0.0
     seed: int = 0
+    #: Distortion; None: a pinhole.
+    lens: BrownConrady | Fisheye | None = None
+    #: fx, fy, cx, cy of a calibration. The centre of pixel (0, 0) lies at (0.5, 0.5): add 0.5 to cx and cy of
+    #: OpenCV and ROS. None: by ``fov_rad``, with the principal point in the middle of the image.
+    intrinsics_px: tuple[float, float, float, float] | None = None
     kind: ClassVar[str] = "camera"
 
     @property
+    def projection(self) -> Projection:
+        """From points in sensor space to pixels and back."""
+        from ._omnibus import Projection
+
+        return Projection(self)
+
+    @property
     def focal_px(self) -> float:
-        """The focal length in pixels; the principal point is the middle of the image."""
-        return self.width / (2 * math.tan(self.fov_rad / 2))
+        """The focal length along the rows in pixels."""
+        return self.projection.focal_px[0]
 
 
 @dataclass(frozen=True)
