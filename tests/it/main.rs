@@ -37,6 +37,7 @@ mod labels;
 mod lamps;
 mod latency;
 mod leave;
+mod lens;
 mod load;
 mod map;
 mod maps;

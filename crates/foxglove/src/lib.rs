@@ -11,7 +11,7 @@ mod shapes;
 
 pub use message::{Message, timestamp};
 pub use schema::descriptor;
-pub use sensors::{Calibration, compressed_image, point_cloud};
+pub use sensors::{Calibration, Distortion, compressed_image, point_cloud};
 pub use shapes::{
     Entity, Form, WORLD, color, light_color, line, pose, pose_in_frame, rigid, scene, transform,
 };

@@ -4,27 +4,43 @@ use glam::DAffine3;
 
 use crate::{message::Message, shapes::pose};
 
-/// The pinhole of a camera without distortion.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// The distortion of a lens, with its coefficients in the order of OpenCV.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Distortion {
+    /// Brown and Conrady's: k1, k2, p1, p2, k3.
+    PlumbBob(Vec<f64>),
+    /// Of a fisheye: k1 to k4.
+    KannalaBrandt(Vec<f64>),
+}
+
+/// The projection of a camera.
+#[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
     /// Pixels across and down.
     pub size: [u32; 2],
     /// The intrinsic matrix by rows, pixels; whole coordinates are the centres of pixels.
     pub intrinsics_px: [[f64; 3]; 3],
+    /// `None`: a pinhole.
+    pub distortion: Option<Distortion>,
 }
 
 impl Calibration {
     /// Returns `foxglove.CameraCalibration` of a camera in optical space `space`.
     #[must_use]
     pub fn message(&self, time: &Message, space: &str) -> Message {
+        let (model, coefficients) = match &self.distortion {
+            None => ("plumb_bob", &[0.0; 5][..]),
+            Some(Distortion::PlumbBob(coefficients)) => ("plumb_bob", &coefficients[..]),
+            Some(Distortion::KannalaBrandt(coefficients)) => ("kannala_brandt", &coefficients[..]),
+        };
         let projection = self.intrinsics_px.map(|row| [row[0], row[1], row[2], 0.0]);
         Message::new()
             .message(1, time)
             .text(9, space)
             .fixed32(2, self.size[0])
             .fixed32(3, self.size[1])
-            .text(4, "plumb_bob")
-            .doubles(5, &[0.0; 5])
+            .text(4, model)
+            .doubles(5, coefficients)
             .doubles(6, self.intrinsics_px.as_flattened())
             .doubles(7, &[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0])
             .doubles(8, projection.as_flattened())

@@ -14,6 +14,7 @@
 
 mod actors;
 mod boxes;
+mod camera_model;
 mod collection;
 mod contact_sheet;
 pub(crate) mod decode;

@@ -5,7 +5,7 @@ use std::{path::Path, str::FromStr};
 use anyhow::{Context, anyhow, ensure};
 use client_lib::Radar;
 use glam::{EulerRot, Quat, Vec3};
-use protocol::{Pose, SensorSpec, output, quality};
+use protocol::{LensSpec, Pose, Projection, SensorSpec, lens_model, output, quality};
 use sensor_render::Quality;
 use serde::{Deserialize, Serialize};
 
@@ -45,8 +45,14 @@ pub(crate) struct SensorEntry {
     width_px: u32,
     #[serde(default = "default_height")]
     height_px: u32,
+    /// From the left to the right edge of the image; without effect if `intrinsics_px` are given.
     #[serde(default = "default_fov")]
     fov_deg: f32,
+    /// Focal lengths and principal point: fx, fy, cx, cy.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    intrinsics_px: Option<[f32; 4]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    lens: Option<LensEntry>,
     /// Rays per pixel of the colour image: low, standard or epic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     quality: Option<String>,
@@ -78,6 +84,26 @@ pub(crate) struct SensorEntry {
     vertical_fov_deg: f32,
     #[serde(default = "default_points_per_second")]
     points_per_second: f32,
+}
+
+/// The lens of a camera.
+#[derive(Clone, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields)]
+struct LensEntry {
+    model: LensModel,
+    /// In OpenCV's order; those that are not given are 0.
+    #[serde(default)]
+    coefficients: Vec<f32>,
+    /// Fisheye: largest angle between ray and optical axis.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    max_angle_deg: Option<f32>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum LensModel {
+    BrownConrady,
+    Fisheye,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Deserialize, Serialize)]
@@ -191,9 +217,49 @@ impl SensorEntry {
     /// Scales the image of a camera to this size; other sensors stay as they are.
     pub(crate) fn resize(&mut self, width_px: Option<u32>, height_px: Option<u32>) {
         if self.kind == Kind::Camera {
+            let before = [self.width_px, self.height_px];
             self.width_px = width_px.unwrap_or(self.width_px);
             self.height_px = height_px.unwrap_or(self.height_px);
+            if let Some([fx, fy, cx, cy]) = &mut self.intrinsics_px {
+                let across = self.width_px as f32 / before[0].max(1) as f32;
+                let down = self.height_px as f32 / before[1].max(1) as f32;
+                (*fx, *cx, *fy, *cy) = (*fx * across, *cx * across, *fy * down, *cy * down);
+            }
         }
+    }
+
+    /// Returns the lens of a camera in the protocol's layout.
+    fn lens(&self) -> anyhow::Result<LensSpec> {
+        let mut lens = LensSpec::default();
+        if let Some([fx, fy, cx, cy]) = self.intrinsics_px {
+            (lens.focal_px, lens.center_px) = ([fx, fy], [cx, cy]);
+            ensure!(
+                fx > 0.0 && fy > 0.0,
+                "sensor {:?}: intrinsics_px are fx, fy, cx, cy, but fx is {fx} and fy is {fy}; use more \
+                 than 0",
+                self.name
+            );
+        }
+        let Some(LensEntry { model, coefficients, max_angle_deg }) = &self.lens else {
+            return Ok(lens);
+        };
+        let most = match model {
+            LensModel::BrownConrady => 5,
+            LensModel::Fisheye => 4,
+        };
+        ensure!(
+            coefficients.len() <= most,
+            "sensor {:?}: its lens has {} coefficients; this model has at most {most}",
+            self.name,
+            coefficients.len()
+        );
+        lens.coefficients[..coefficients.len()].copy_from_slice(coefficients);
+        lens.model = match model {
+            LensModel::BrownConrady => lens_model::BROWN_CONRADY,
+            LensModel::Fisheye => lens_model::FISHEYE,
+        };
+        lens.max_angle_rad = max_angle_deg.unwrap_or(0.0).to_radians();
+        Ok(lens)
     }
 
     fn spec(&self) -> anyhow::Result<SensorSpec> {
@@ -232,9 +298,12 @@ impl SensorEntry {
                         "sensor {name:?}: {what} is {pixels}; use 1 to 8192"
                     );
                 }
+                let is_fisheye =
+                    self.lens.as_ref().is_some_and(|lens| lens.model == LensModel::Fisheye);
+                let most = if is_fisheye { 360.0 } else { 180.0 };
                 ensure!(
-                    self.fov_deg > 0.0 && self.fov_deg < 180.0,
-                    "sensor {name:?}: fov_deg is {}; use more than 0 and less than 180",
+                    self.fov_deg > 0.0 && self.fov_deg < most,
+                    "sensor {name:?}: fov_deg is {}; use more than 0 and less than {most}",
                     self.fov_deg
                 );
                 let bit = |wanted: &String| {
@@ -257,7 +326,9 @@ impl SensorEntry {
                 };
                 let [width, height] = [self.width_px, self.height_px];
                 let spec = client_lib::wire::camera(name, pose, width, height, fov_rad, outputs);
-                SensorSpec { quality, ..spec }
+                let spec = SensorSpec { quality, lens: self.lens()?, ..spec };
+                Projection::check(&spec).map_err(|why| anyhow!("sensor {name:?}: {why}"))?;
+                spec
             }
             Kind::Lidar => {
                 ensure!(
@@ -338,6 +409,16 @@ mod tests {
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\nfov_deg = 180\n", "fov_deg"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\nwidth = 4\n", "width"),
             (
+                "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nlens = { model = \"fisheye\", \
+                 coefficients = [1, 2, 3, 4, 5] }\n",
+                "sensor \"a\": its lens has 5 coefficients; this model has at most 4",
+            ),
+            (
+                "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nlens = { model = \"brown-conrady\", \
+                 coefficients = [-2.0] }\n",
+                "sensor \"a\": its polynomial falls from",
+            ),
+            (
                 "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nquality = \"high\"\n",
                 "sensor \"a\": quality is \"high\"; use low, standard or epic",
             ),
@@ -345,5 +426,19 @@ mod tests {
             let why = format!("{:#}", parse(wrong).unwrap_err());
             assert!(why.contains(said), "{why}");
         }
+    }
+
+    #[test]
+    fn a_calibrated_lens_is_scaled_with_the_image() {
+        let text = "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nwidth_px = 640\nheight_px = 480\n\
+                    intrinsics_px = [300.0, 310.0, 322.5, 238.0]\n\
+                    lens = { model = \"brown-conrady\", coefficients = [-0.2, 0.05, 0.001, 0.002] }\n";
+        let mut entries = parse_entries(text).unwrap();
+        let lens = specs(&entries).unwrap()[0].lens;
+        assert_eq!((lens.focal_px, lens.center_px), ([300.0, 310.0], [322.5, 238.0]));
+        assert_eq!(lens.coefficients, [-0.2, 0.05, 0.001, 0.002, 0.0]);
+        entries[0].resize(Some(320), Some(240));
+        let lens = specs(&entries).unwrap()[0].lens;
+        assert_eq!((lens.focal_px, lens.center_px), ([150.0, 155.0], [161.25, 119.0]));
     }
 }

@@ -4,8 +4,9 @@
 use std::time::Duration;
 
 use client_lib::{
-    Gnss, Imu, Intrinsics, PointCloud, Pose, VehicleState,
+    Gnss, Imu, PointCloud, Pose, Projection, VehicleState,
     glam::{Quat, Vec3},
+    wire::lens_model,
 };
 
 use crate::cdr::{CdrReader, CdrWriter};
@@ -179,20 +180,24 @@ pub(crate) fn image(
     cdr.finish()
 }
 
-/// `sensor_msgs/msg/CameraInfo` of a pinhole without distortion.
+/// `sensor_msgs/msg/CameraInfo`.
 pub(crate) fn camera_info(
     header: Header<'_>,
     [width, height]: [u32; 2],
-    intrinsics: &Intrinsics,
+    projection: &Projection,
 ) -> Vec<u8> {
-    let [fx, fy, cx, cy] =
-        [intrinsics.fx, intrinsics.fy, intrinsics.cx, intrinsics.cy].map(f64::from);
+    let [[fx, fy], [cx, cy]] = [projection.focal_px(), projection.center_px()]
+        .map(|pair| pair.map(|px| f64::from(px as f32)));
+    let (model, count) = match projection.model() {
+        lens_model::FISHEYE => ("equidistant", 4),
+        _ => ("plumb_bob", 5),
+    };
     let mut cdr = header.begin(0);
     cdr.u32(height);
     cdr.u32(width);
-    cdr.string("plumb_bob");
-    cdr.u32(5);
-    cdr.f64s(&[0.0; 5]);
+    cdr.string(model);
+    cdr.u32(count as u32);
+    cdr.f64s(&projection.coefficients()[..count]);
     cdr.f64s(&[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]);
     cdr.f64s(&[1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
     cdr.f64s(&[fx, 0.0, cx, 0.0, 0.0, fy, cy, 0.0, 0.0, 0.0, 1.0, 0.0]);

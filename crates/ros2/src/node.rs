@@ -11,7 +11,7 @@ use std::{
 
 use client_lib::{
     ActorId, ActorKind, Client, ClientError, Command, Controller, Frame, GnssOptions, ImuOptions,
-    Intrinsics, Measurement, Observer, Pace, Pose, Sensor, SensorBundle, Spawn, VehicleControl,
+    Measurement, Observer, Pace, Pose, Projection, Sensor, SensorBundle, Spawn, VehicleControl,
     Waiter,
     glam::{Quat, Vec3},
     wire::{SensorSpec, output},
@@ -475,8 +475,8 @@ impl Outlet {
             let Some(data) = measured.data(topic.sensor, topic.output) else { continue };
             let spec = &self.specs[topic.sensor];
             let size = [spec.width, spec.height];
-            let intrinsics = Intrinsics::from_fov(spec.width, spec.height, spec.fov_rad);
-            self.publish_at(info, || messages::camera_info(header, size, &intrinsics));
+            let Ok(projection) = Projection::of(spec) else { continue };
+            self.publish_at(info, || messages::camera_info(header, size, &projection));
             self.publish_at(topic.publication, || {
                 messages::image(header, size, topic.encoding, data.len(), |bytes| {
                     if topic.output == output::COLOR {

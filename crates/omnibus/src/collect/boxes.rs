@@ -8,11 +8,12 @@ use protocol::{ActorId, ActorState, BlueprintInfo, Pose, kind, light};
 use town::Blueprint;
 
 use crate::collect::{
+    camera_model::CameraModel,
     encode::file_id,
     format::{ActorBox, ObjectBox, View},
     objects::StaticObjects,
     outline::outline,
-    sensors::{Pinhole, sensor_from_optical},
+    sensors::sensor_from_optical,
     silhouette::{Part, Silhouette},
 };
 
@@ -84,7 +85,7 @@ pub(crate) fn returns(labels: &[[u32; 2]], boxed: Boxed) -> Vec<u32> {
 /// The image of one camera.
 pub(crate) struct CameraView<'a> {
     pub(crate) name: &'a str,
-    pub(crate) camera: Pinhole,
+    pub(crate) camera: CameraModel,
     pub(crate) world_from_sensor: Pose,
     pub(crate) seen: Vec<Option<Seen>>,
 }
@@ -121,7 +122,7 @@ impl Views<'_> {
         index: usize,
         size_m: [f32; 3],
         world_from_box: &Pose,
-        mut draw: impl FnMut(&Affine3A, &Pinhole) -> u32,
+        mut draw: impl FnMut(&Affine3A, &CameraModel) -> u32,
     ) -> BTreeMap<String, View> {
         let half_extents = Vec3::from_array(size_m) * 0.5;
         let view = |camera: &CameraView| {
@@ -166,7 +167,7 @@ pub(crate) fn actor_boxes(
             actor.pose.then(&Pose::new(Vec3::from_array(blueprint.center_m), glam::Quat::IDENTITY));
         let size_m = blueprint.half_extents_m.map(|half| half * 2.0);
         let made = town::catalogue().get(actor.blueprint as usize);
-        let draw = |optical_from_world: &Affine3A, camera: &Pinhole| {
+        let draw = |optical_from_world: &Affine3A, camera: &CameraModel| {
             let optical_from_actor = *optical_from_world * actor.pose.affine();
             let drawn = |made: &Blueprint| {
                 raster.pixels(Part::whole(made.mesh()), &optical_from_actor, camera)
@@ -197,7 +198,7 @@ pub(crate) fn object_boxes(boxed: Boxed, views: &Views, raster: &mut Silhouette)
     let describe = |index: usize| {
         let object = boxed.objects.describe(index);
         let (part, world_from_mesh) = boxed.objects.mesh(index);
-        let draw = |optical_from_world: &Affine3A, camera: &Pinhole| {
+        let draw = |optical_from_world: &Affine3A, camera: &CameraModel| {
             raster.pixels(part, &(*optical_from_world * world_from_mesh), camera)
         };
         ObjectBox {
@@ -235,6 +236,7 @@ pub(crate) fn tag_name(code: u8) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collect::camera_model::tests::pinhole;
     use town::Town;
 
     /// The boxes of actors in a town without objects.
@@ -326,7 +328,7 @@ mod tests {
             ..actor(id)
         };
         let actors = [place(1, 0.0, 0.0), place(2, 10.0, 0.0), place(3, -10.0, 0.0)];
-        let camera = Pinhole { width: 200, height: 100, focal_px: 100.0 };
+        let camera = pinhole();
         let seen_2 = Seen { pixels: 30, edges_px: [90, 50, 100, 60] };
         let front = CameraView {
             name: "front",

@@ -24,6 +24,7 @@ use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, Weather,
 use crate::collect::{
     CollectError,
     boxes::{self, Boxed, CameraView, LidarView, Views},
+    camera_model::CameraModel,
     ego_sensors::EgoSensors,
     encode::{self, Encoder},
     folder::{Folder, write_atomically},
@@ -32,7 +33,7 @@ use crate::collect::{
     image_storage::ImageStorage,
     map_lines::{FrameLanes, LaneLines},
     objects::StaticObjects,
-    sensors::{BOXES, LANES, Pinhole, PlannedSensor, Task, sensor_from_optical},
+    sensors::{BOXES, LANES, PlannedSensor, Task, sensor_from_optical},
     silhouette::Silhouette,
 };
 
@@ -381,7 +382,7 @@ impl Shared {
                 let ids = bytemuck::cast_slice(bytes);
                 views.cameras.push(CameraView {
                     name: spec.name.as_str(),
-                    camera: Pinhole::of(spec),
+                    camera: CameraModel::of(spec),
                     world_from_sensor: plane.world_from_sensor,
                     seen: boxes::seen(ids, plane.width as usize, boxed),
                 });
@@ -421,7 +422,7 @@ impl Shared {
             };
             let world_from_optical = plane.world_from_sensor.affine() * sensor_from_optical();
             let lines =
-                self.context.lanes.in_image(&world_from_optical.inverse(), &Pinhole::of(spec));
+                self.context.lanes.in_image(&world_from_optical.inverse(), &CameraModel::of(spec));
             cameras.insert(spec.name.to_string(), lines);
         }
         let lanes = FrameLanes { frame: data.frame(), cameras };

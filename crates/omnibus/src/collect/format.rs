@@ -5,7 +5,7 @@
 use std::collections::BTreeMap;
 
 use glam::{Affine3A, Mat4};
-use protocol::{ActorState, Pose, flag, tracer};
+use protocol::{ActorState, LensSpec, Pose, flag, lens_model, tracer};
 use serde::{Deserialize, Serialize};
 
 use crate::collect::{ego_sensors::EgoSensors, events::Event, image_storage::ImageStorage};
@@ -162,16 +162,54 @@ pub(crate) struct Sensor {
 /// A 4 × 4 matrix by rows.
 pub(crate) type Matrix4 = [[f64; 4]; 4];
 
-/// A pinhole without distortion.
+/// A camera.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Camera {
     pub(crate) width_px: u32,
     pub(crate) height_px: u32,
     pub(crate) horizontal_fov_rad: f64,
-    /// `pixel = intrinsics * point_in_optical / depth`.
+    /// `pixel = intrinsics * point_in_optical / depth`; with a lens, of the distorted point.
     pub(crate) intrinsics_px: [[f64; 3]; 3],
+    /// Absent: a pinhole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) lens: Option<Lens>,
     /// From optical space (x right, y down, z forward) to vehicle space.
     pub(crate) vehicle_from_optical: Matrix4,
+}
+
+/// The distortion of a camera.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Lens {
+    pub(crate) model: LensName,
+    /// In OpenCV's order: k1, k2, p1, p2, k3, or k1 to k4.
+    pub(crate) coefficients: Vec<f64>,
+    /// Largest angle between a ray and the optical axis; the image is black beyond. Absent: as far as the
+    /// formula holds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) max_angle_rad: Option<f64>,
+}
+
+/// The models of distortion.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum LensName {
+    BrownConrady,
+    Fisheye,
+}
+
+impl Lens {
+    /// Returns the distortion of a camera; `None` for a pinhole.
+    pub(crate) fn of(lens: &LensSpec) -> Option<Lens> {
+        let (model, count) = match lens.model {
+            lens_model::BROWN_CONRADY => (LensName::BrownConrady, 5),
+            lens_model::FISHEYE => (LensName::Fisheye, 4),
+            _ => return None,
+        };
+        let coefficients = lens.coefficients[..count].iter().copied().map(shortest_decimal);
+        let max_angle_rad =
+            (lens.max_angle_rad > 0.0).then(|| shortest_decimal(lens.max_angle_rad));
+        Some(Lens { model, coefficients: coefficients.collect(), max_angle_rad })
+    }
 }
 
 /// A lidar that measures its whole turn at one instant.

@@ -7,9 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use crate::collect::{
     CollectError,
+    camera_model::{CameraModel, NEAR_M},
     folder::{Folder, write_atomically},
-    sensors::Pinhole,
-    silhouette::NEAR_M,
 };
 
 /// The distance between points of a line before those in a straight row are left out. Metres.
@@ -380,17 +379,22 @@ impl LaneLines {
     pub(crate) fn in_image(
         &self,
         optical_from_world: &Affine3A,
-        camera: &Pinhole,
+        camera: &CameraModel,
     ) -> Vec<ImageLine> {
         let mut found = Vec::new();
         for line in &self.lines {
             let center = optical_from_world.transform_point3a(line.center);
-            if center.z + line.radius_m < NEAR_M || center.z - line.radius_m > RANGE_M {
+            let is_behind = camera.is_pinhole() && center.z + line.radius_m < NEAR_M;
+            if is_behind || camera.depth(center) - line.radius_m > RANGE_M {
                 continue;
             }
             let points: Vec<Vec3A> =
                 line.points.iter().map(|at| optical_from_world.transform_point3a(*at)).collect();
-            for points_px in clipped(&points, camera) {
+            let parts = match camera.pinhole_edges() {
+                Some(edges) => clipped(&points, camera, edges),
+                None => bent(&points, camera),
+            };
+            for points_px in parts {
                 let one = &self.boundaries[line.boundary as usize];
                 found.push(ImageLine {
                     boundary: line.boundary,
@@ -408,11 +412,11 @@ impl LaneLines {
 }
 
 /// Returns the parts of a line in optical space that lie in the image and in range.
-fn clipped(points: &[Vec3A], camera: &Pinhole) -> Vec<Vec<[f32; 2]>> {
+fn clipped(points: &[Vec3A], camera: &CameraModel, edges: [f32; 4]) -> Vec<Vec<[f32; 2]>> {
     let mut parts: Vec<Vec<[f32; 2]>> = Vec::new();
     let mut is_open = false;
     for ends in points.windows(2) {
-        let Some(([a, b], is_cut)) = clipped_segment([ends[0], ends[1]], camera) else {
+        let Some(([a, b], is_cut)) = clipped_segment([ends[0], ends[1]], camera, edges) else {
             is_open = false;
             continue;
         };
@@ -426,17 +430,20 @@ fn clipped(points: &[Vec3A], camera: &Pinhole) -> Vec<Vec<[f32; 2]>> {
 }
 
 /// Returns the visible part of a segment in the image, and whether its end is cut off.
-fn clipped_segment([a, b]: [Vec3A; 2], camera: &Pinhole) -> Option<([[f32; 2]; 2], bool)> {
+fn clipped_segment(
+    [a, b]: [Vec3A; 2],
+    camera: &CameraModel,
+    [left, top, right, bottom]: [f32; 4],
+) -> Option<([[f32; 2]; 2], bool)> {
     // The half spaces of what is in range, and of the four edges of the image; inside is positive.
-    let half = [camera.width, camera.height].map(|size| size as f32 * 0.5 / camera.focal_px);
     let inside = |p: Vec3A| {
         [
             p.z - NEAR_M,
             RANGE_M - p.z,
-            half[0] * p.z + p.x,
-            half[0] * p.z - p.x,
-            half[1] * p.z + p.y,
-            half[1] * p.z - p.y,
+            p.x - left * p.z,
+            right * p.z - p.x,
+            p.y - top * p.z,
+            bottom * p.z - p.y,
         ]
     };
     let (mut from, mut to) = (0.0_f32, 1.0_f32);
@@ -450,18 +457,105 @@ fn clipped_segment([a, b]: [Vec3A; 2], camera: &Pinhole) -> Option<([[f32; 2]; 2
         }
     }
     let pixel = |share: f32| {
-        let [u, v] = camera.project(a.lerp(b, share));
-        // A hundredth of a pixel; a rounded point stays in the image.
-        [u, v].map(|px| (px * 100.0).round() / 100.0 + 0.0)
+        let at = a.lerp(b, share);
+        rounded(camera.project(Vec3A::new(at.x, at.y, at.z.max(NEAR_M))).unwrap_or_default())
     };
     (from < to).then(|| ([pixel(from), pixel(to)], to < 1.0))
+}
+
+/// Returns a pixel to a hundredth; a rounded point stays in the image.
+fn rounded(pixel: [f32; 2]) -> [f32; 2] {
+    pixel.map(|px| (px * 100.0).round() / 100.0 + 0.0)
+}
+
+/// Returns the parts of a line in optical space that lie in the image of a lens and in range, with points so
+/// close to each other that the lines between them are straight in the image.
+fn bent(points: &[Vec3A], camera: &CameraModel) -> Vec<Vec<[f32; 2]>> {
+    const STEP_M: f32 = 0.5;
+    const BEND_MAX_PX: f32 = 0.1;
+    let size = [camera.width, camera.height].map(|size| size as f32);
+    let pixel = |at: Vec3A| {
+        let pixel = camera.project(at).filter(|_| camera.depth(at) <= RANGE_M)?;
+        let is_inside = (0..2).all(|axis| (0.0..=size[axis]).contains(&pixel[axis]));
+        is_inside.then_some(pixel)
+    };
+    let mut parts: Vec<Vec<[f32; 2]>> = Vec::new();
+    let mut last: Option<(Vec3A, Option<[f32; 2]>)> = None;
+    for ends in points.windows(2) {
+        let steps = (ends[0].distance(ends[1]) / STEP_M).ceil().max(1.0);
+        let first = usize::from(last.is_some());
+        for step in first..=steps as usize {
+            let at = ends[0].lerp(ends[1], step as f32 / steps);
+            let here = pixel(at);
+            let before = last.replace((at, here));
+            let Some((was_at, was)) = before else {
+                parts.extend(here.map(|here| vec![here]));
+                continue;
+            };
+            if was.is_none() && here.is_none() {
+                continue;
+            }
+            if was.is_some() && here.is_some() {
+                if let Some(part) = parts.last_mut() {
+                    part.extend(here);
+                }
+                continue;
+            }
+            // Where it crosses the edge of the image or of the range.
+            let (mut inside, mut outside) =
+                if here.is_some() { (at, was_at) } else { (was_at, at) };
+            for _ in 0..16 {
+                let middle = (inside + outside) * 0.5;
+                if pixel(middle).is_some() { inside = middle } else { outside = middle }
+            }
+            let Some(cut) = pixel(inside) else { continue };
+            match (here, parts.last_mut()) {
+                (None, Some(part)) => part.push(cut),
+                (Some(here), _) => parts.push(vec![cut, here]),
+                (None, None) => {}
+            }
+        }
+    }
+    for part in &mut parts {
+        straighten(part, BEND_MAX_PX);
+        part.iter_mut().for_each(|pixel| *pixel = rounded(*pixel));
+    }
+    parts.retain(|part| part.len() > 1);
+    parts
+}
+
+/// Leaves out points that are closer than `most` to the line without them (Ramer 1972, Douglas and Peucker
+/// 1973).
+fn straighten(points: &mut Vec<[f32; 2]>, most: f32) {
+    let mut keep = vec![false; points.len()];
+    let mut open = vec![(0, points.len() - 1)];
+    while let Some((first, last)) = open.pop() {
+        (keep[first], keep[last]) = (true, true);
+        let along = [0, 1].map(|axis| points[last][axis] - points[first][axis]);
+        let length = along[0].hypot(along[1]).max(1e-6);
+        let off = |at: usize| {
+            let from = [0, 1].map(|axis| points[at][axis] - points[first][axis]);
+            (along[0] * from[1] - along[1] * from[0]).abs() / length
+        };
+        let farthest = (first + 1..last).max_by(|a, b| off(*a).total_cmp(&off(*b)));
+        if let Some(at) = farthest.filter(|at| off(*at) > most) {
+            open.extend([(first, at), (at, last)]);
+        }
+    }
+    let mut kept = keep.iter();
+    points.retain(|_| kept.next().copied().unwrap_or(true));
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
+    use crate::collect::camera_model::tests::{fisheye, pinhole};
+
+    fn clipped_by_pinhole(points: &[Vec3A]) -> Vec<Vec<[f32; 2]>> {
+        let camera = pinhole();
+        clipped(points, &camera, camera.pinhole_edges().unwrap())
+    }
 
     fn straight() -> (Network, LaneMap) {
         let text = mapgen::named("Flatford").expect("a named town");
@@ -527,15 +621,40 @@ mod tests {
     fn a_line_is_clipped_to_the_image_and_to_the_range() {
         // On the ground 1 m below, straight ahead from behind the camera to far away.
         let ahead = [Vec3A::new(0.0, 1.0, -5.0), Vec3A::new(0.0, 1.0, 300.0)];
-        let parts = clipped(&ahead, &CAMERA);
+        let parts = clipped_by_pinhole(&ahead);
         assert_eq!(parts, [vec![[100.0, 100.0], [100.0, 51.25]]], "from 2 m to 80 m");
         // Across: leaves the image on both sides.
         let across = [Vec3A::new(-50.0, 1.0, 10.0), Vec3A::new(50.0, 1.0, 10.0)];
-        assert_eq!(clipped(&across, &CAMERA), [vec![[0.0, 60.0], [200.0, 60.0]]]);
+        assert_eq!(clipped_by_pinhole(&across), [vec![[0.0, 60.0], [200.0, 60.0]]]);
         let behind = [Vec3A::new(0.0, 1.0, -5.0), Vec3A::new(0.0, 1.0, -1.0)];
-        assert!(clipped(&behind, &CAMERA).is_empty());
+        assert!(clipped_by_pinhole(&behind).is_empty());
         // Out and in again: two parts.
         let zigzag = [[0.0, 10.0], [30.0, 10.0], [0.0, 20.0]].map(|[x, z]| Vec3A::new(x, 1.0, z));
-        assert_eq!(clipped(&zigzag, &CAMERA).len(), 2);
+        assert_eq!(clipped_by_pinhole(&zigzag).len(), 2);
+    }
+
+    #[test]
+    fn a_fisheye_bends_a_line_and_shows_it_beside_the_camera() {
+        // On the ground 1 m below and 2 m to the right, from behind the camera to far ahead.
+        let (camera, x, y) = (fisheye(), 2.0_f32, 1.0_f32);
+        let line = [Vec3A::new(x, y, -20.0), Vec3A::new(x, y, 300.0)];
+        let parts = bent(&line, &camera);
+        assert_eq!(parts.len(), 1, "{parts:?}");
+        let part = &parts[0];
+        for [u, v] in part {
+            // Parallel to the axis: on a straight line through the principal point.
+            let (right, down) = (u - 100.0, v - 50.0);
+            assert!((right * y - down * x).abs() < 0.05 * right.hypot(down).max(1.0), "{u} {v}");
+        }
+        // From the circle of 95 degrees, 99.5 pixels, to 80 m ahead.
+        let radius = |[u, v]: [f32; 2]| (u - 100.0).hypot(v - 50.0);
+        assert!((radius(part[0]) - 99.48).abs() < 0.3, "{part:?}");
+        assert!((radius(part[part.len() - 1]) - 60.0 * (5.0_f32.sqrt() / 80.0).asin()).abs() < 0.1);
+        // Ahead of the camera and across it is bent.
+        let across = [Vec3A::new(-6.0, 1.0, 3.0), Vec3A::new(6.0, 1.0, 3.0)];
+        let part = &bent(&across, &camera)[0];
+        assert!(part.len() >= 7, "{part:?}");
+        let middle = part.iter().map(|pixel| pixel[1]).fold(0.0, f32::max);
+        assert!(middle - part[0][1] > 5.0, "{part:?}");
     }
 }

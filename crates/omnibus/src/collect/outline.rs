@@ -1,8 +1,9 @@
-//! The outline of a box in an image: the convex hull of its projected corners.
+//! The outline of a box in an image: the convex hull of its projected corners, or of its surface where a
+//! lens bends its edges.
 
 use glam::{Affine3A, Vec3, Vec3A};
 
-use crate::collect::{sensors::Pinhole, silhouette::NEAR_M};
+use crate::collect::camera_model::{CameraModel, NEAR_M};
 
 /// A projected box.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -17,27 +18,13 @@ pub(crate) struct Outline {
 pub(crate) fn outline(
     half_extents: Vec3,
     optical_from_box: &Affine3A,
-    camera: &Pinhole,
+    camera: &CameraModel,
 ) -> Option<Outline> {
-    let sign = |corner: usize, bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
-    let corners: [Vec3A; 8] = std::array::from_fn(|i| {
-        let corner = Vec3A::new(sign(i, 0), sign(i, 1), sign(i, 2)) * Vec3A::from(half_extents);
-        optical_from_box.transform_point3a(corner)
-    });
-    let mut points = Vec::with_capacity(20);
-    for (index, here) in corners.iter().enumerate() {
-        if here.z >= NEAR_M {
-            points.push(camera.project(*here));
-        }
-        // Each edge once, where it crosses the near plane.
-        for other in [1, 2, 4].map(|bit| index | bit).into_iter().filter(|o| *o != index) {
-            let there = corners[other];
-            if (here.z >= NEAR_M) != (there.z >= NEAR_M) {
-                let share = (NEAR_M - here.z) / (there.z - here.z);
-                points.push(camera.project(here.lerp(there, share)));
-            }
-        }
-    }
+    let points = if camera.is_pinhole() {
+        corners(half_extents, optical_from_box, camera)
+    } else {
+        surface(half_extents, optical_from_box, camera)
+    };
     let whole = hull(points);
     let inside = clip(&whole, camera.width as f32, camera.height as f32);
     let (all, seen) = (area(&whole), area(&inside));
@@ -48,6 +35,73 @@ pub(crate) fn outline(
     let max = |axis: usize| inside.iter().map(|p| p[axis]).fold(f32::NEG_INFINITY, f32::max);
     let truncated = (1.0 - seen / all).clamp(0.0, 1.0);
     Some(Outline { edges_px: [min(0), min(1), max(0), max(1)], truncated })
+}
+
+/// Returns the pixels of the corners of a box, and of its edges where they cross the near plane of a
+/// pinhole.
+fn corners(half_extents: Vec3, optical_from_box: &Affine3A, camera: &CameraModel) -> Vec<[f32; 2]> {
+    let sign = |corner: usize, bit: usize| if corner >> bit & 1 == 0 { -1.0 } else { 1.0 };
+    let corners: [Vec3A; 8] = std::array::from_fn(|i| {
+        let corner = Vec3A::new(sign(i, 0), sign(i, 1), sign(i, 2)) * Vec3A::from(half_extents);
+        optical_from_box.transform_point3a(corner)
+    });
+    let mut points = Vec::with_capacity(20);
+    for (index, here) in corners.iter().enumerate() {
+        points.extend(camera.project(*here));
+        // Each edge once, where it crosses the near plane.
+        for other in [1, 2, 4].map(|bit| index | bit).into_iter().filter(|o| *o != index) {
+            let there = corners[other];
+            if (here.z >= NEAR_M) != (there.z >= NEAR_M) {
+                let share = (NEAR_M - here.z) / (there.z - here.z);
+                let cut = here.lerp(there, share);
+                points.extend(camera.project(Vec3A::new(cut.x, cut.y, cut.z.max(NEAR_M))));
+            }
+        }
+    }
+    points
+}
+
+/// Returns the pixels of points all over the faces of a box, whose edges a lens bends, and of where the
+/// lines between them leave what the lens shows.
+fn surface(half_extents: Vec3, optical_from_box: &Affine3A, camera: &CameraModel) -> Vec<[f32; 2]> {
+    const STEPS: usize = 8;
+    let along = |step: usize| step as f32 * (2.0 / STEPS as f32) - 1.0;
+    let mut points = Vec::with_capacity(6 * (STEPS + 1) * (STEPS + 1));
+    for face in 0..6 {
+        let (axis, side) = (face % 3, if face < 3 { -1.0 } else { 1.0 });
+        let place = |i: usize, j: usize| {
+            let mut point = [0.0; 3];
+            (point[axis], point[(axis + 1) % 3], point[(axis + 2) % 3]) =
+                (side, along(i), along(j));
+            optical_from_box.transform_point3a(Vec3A::from_array(point) * Vec3A::from(half_extents))
+        };
+        for (i, j) in (0..=STEPS).flat_map(|i| (0..=STEPS).map(move |j| (i, j))) {
+            let here = place(i, j);
+            let shown = camera.project(here);
+            points.extend(shown);
+            for (i, j) in [(i + 1, j), (i, j + 1)] {
+                if i > STEPS || j > STEPS {
+                    continue;
+                }
+                let there = place(i, j);
+                if shown.is_some() == camera.project(there).is_some() {
+                    continue;
+                }
+                let (mut inside, mut outside) =
+                    if shown.is_some() { (here, there) } else { (there, here) };
+                for _ in 0..12 {
+                    let middle = (inside + outside) * 0.5;
+                    if camera.project(middle).is_some() {
+                        inside = middle;
+                    } else {
+                        outside = middle;
+                    }
+                }
+                points.extend(camera.project(inside));
+            }
+        }
+    }
+    points
 }
 
 /// Returns the convex hull, counter-clockwise with y up (Andrew's monotone chain).
@@ -112,11 +166,11 @@ fn area(polygon: &[[f32; 2]]) -> f32 {
 mod tests {
     use super::*;
 
-    const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
+    use crate::collect::camera_model::tests::{fisheye, pinhole};
 
     fn at(x: f32, y: f32, z: f32) -> Option<Outline> {
         let place = Affine3A::from_translation(Vec3::new(x, y, z));
-        outline(Vec3::new(1.0, 0.5, 1.0), &place, &CAMERA)
+        outline(Vec3::new(1.0, 0.5, 1.0), &place, &pinhole())
     }
 
     fn close(a: [f32; 4], b: [f32; 4]) {
@@ -156,5 +210,23 @@ mod tests {
         let seen = at(2.0, 0.0, 0.5).unwrap();
         let [left, _, right, _] = seen.edges_px;
         assert!(left > 100.0 && right == 200.0, "it is on the right: {seen:?}");
+    }
+
+    #[test]
+    fn a_fisheye_outlines_a_box_beside_and_behind_it() {
+        // 60 pixels a radian: its near face, 3 m to the right, reaches from 82° to beyond 90°.
+        let place = Affine3A::from_translation(Vec3::new(4.0, 0.0, -0.3));
+        let seen = outline(Vec3::new(1.0, 0.5, 0.7), &place, &fisheye()).unwrap();
+        let [left, _, right, _] = seen.edges_px;
+        // The corners of that face, 0.5 m above and below.
+        let from_axis = 3.0_f32.hypot(0.5);
+        let corner = from_axis.atan2(0.4) * 3.0 / from_axis;
+        assert!((left - (100.0 + 60.0 * corner)).abs() < 0.01, "{seen:?}");
+        // The circle of 95 degrees.
+        assert!((right - (100.0 + 60.0 * 1.658)).abs() < 0.3, "{seen:?}");
+        assert_eq!(
+            outline(Vec3::ONE, &Affine3A::from_translation(Vec3::NEG_Z * 9.0), &fisheye()),
+            None
+        );
     }
 }

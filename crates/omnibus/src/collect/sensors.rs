@@ -7,7 +7,8 @@ use glam::{Affine3A, Mat3A, Vec3, Vec3A};
 use protocol::{Pose, SensorSpec, output, sensor};
 
 use crate::collect::{
-    format::{self, Camera, Lidar, Output, Sensor, matrix4, shortest_decimal},
+    camera_model::CameraModel,
+    format::{self, Camera, Lens, Lidar, Output, Sensor, matrix4, shortest_decimal},
     image_storage::ImageFormat,
 };
 
@@ -50,29 +51,6 @@ impl From<SensorSpec> for PlannedSensor {
     }
 }
 
-/// A pinhole: optical space is x right, y down, z forward.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Pinhole {
-    pub(crate) width: u32,
-    pub(crate) height: u32,
-    pub(crate) focal_px: f32,
-}
-
-impl Pinhole {
-    /// Returns the pinhole of a camera.
-    pub(crate) fn of(spec: &SensorSpec) -> Pinhole {
-        let focal_px = spec.width as f32 * 0.5 / (spec.fov_rad * 0.5).tan();
-        Pinhole { width: spec.width, height: spec.height, focal_px }
-    }
-
-    /// Returns the pixel of a point in front of the camera.
-    #[inline]
-    pub(crate) fn project(&self, optical: Vec3A) -> [f32; 2] {
-        let scale = self.focal_px / optical.z;
-        [self.width as f32 * 0.5 + optical.x * scale, self.height as f32 * 0.5 + optical.y * scale]
-    }
-}
-
 /// Returns the transform from optical axes to sensor axes.
 pub(crate) fn sensor_from_optical() -> Affine3A {
     Affine3A::from_mat3(Mat3A::from_cols(Vec3A::NEG_Y, Vec3A::NEG_Z, Vec3A::X).into())
@@ -84,16 +62,30 @@ pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
     let vehicle_from_sensor = spec.parent_from_sensor.affine();
     let is_camera = spec.kind == sensor::CAMERA;
     let camera = is_camera.then(|| {
-        let half_turn = f64::from(spec.fov_rad) * 0.5;
-        let focal = f64::from(spec.width) * 0.5 / half_turn.tan();
+        let model = CameraModel::of(spec);
+        let lens = &spec.lens;
         // A field of view of 90 degrees gives a round number, not 400.0000349.
-        let focal = (focal * 1e4).round() / 1e4;
-        let [cx, cy] = [f64::from(spec.width) * 0.5, f64::from(spec.height) * 0.5];
+        let px = |exact: f64, given: f32| {
+            if lens.has_intrinsics() {
+                shortest_decimal(given)
+            } else {
+                (exact * 1e4).round() / 1e4
+            }
+        };
+        let [[fx, fy], [cx, cy]] = [model.projection.focal_px(), model.projection.center_px()];
+        let [fx, fy] = [px(fx, lens.focal_px[0]), px(fy, lens.focal_px[1])];
+        let [cx, cy] = [px(cx, lens.center_px[0]), px(cy, lens.center_px[1])];
+        let horizontal_fov_rad = if lens.has_intrinsics() {
+            shortest_decimal(model.horizontal_fov_rad() as f32)
+        } else {
+            shortest_decimal(spec.fov_rad)
+        };
         Camera {
             width_px: spec.width,
             height_px: spec.height,
-            horizontal_fov_rad: shortest_decimal(spec.fov_rad),
-            intrinsics_px: [[focal, 0.0, cx], [0.0, focal, cy], [0.0, 0.0, 1.0]],
+            horizontal_fov_rad,
+            intrinsics_px: [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]],
+            lens: Lens::of(lens),
             vehicle_from_optical: matrix4(&(vehicle_from_sensor * sensor_from_optical())),
         }
     });
@@ -247,8 +239,8 @@ fn image_holds(extension: &str, output: u32) -> &'static str {
         }
         output::COLOR => "8-bit RGB, sRGB",
         output::DEPTH => {
-            "16-bit grey: centimetres along the optical axis, rounded; 65535 is 655.35 m or \
-             farther, and the sky"
+            "16-bit grey: centimetres along the optical axis, of a fisheye from the camera, rounded; \
+             65535 is 655.35 m or farther, and the sky"
         }
         output::TAG => "8 bits: the semantic tag's code",
         _ => {
@@ -261,15 +253,17 @@ fn image_holds(extension: &str, output: u32) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use protocol::{LensSpec, lens_model};
 
     #[test]
     fn a_point_ahead_of_the_car_is_in_the_centre_of_the_image() {
         let spec = &default_sensors(800, 600)[0];
         let optical_from_vehicle =
             (spec.parent_from_sensor.affine() * sensor_from_optical()).inverse();
-        let pinhole = Pinhole::of(spec);
+        let model = CameraModel::of(spec);
         let at = |x: f32, y: f32, z: f32| {
-            pinhole.project(optical_from_vehicle.transform_point3a(Vec3A::new(x, y, z)))
+            let optical = optical_from_vehicle.transform_point3a(Vec3A::new(x, y, z));
+            model.project(optical).unwrap()
         };
         let close = |a: [f32; 2], b: [f32; 2]| {
             assert!((a[0] - b[0]).abs() < 1e-3 && (a[1] - b[1]).abs() < 1e-3, "{a:?} {b:?}");
@@ -280,17 +274,43 @@ mod tests {
     }
 
     #[test]
-    fn the_written_matrices_agree_with_the_pinhole() {
+    fn the_written_matrices_agree_with_the_projection() {
         let spec = &default_sensors(640, 480)[0];
         let camera = describe(&(*spec).into()).camera.unwrap();
-        let pinhole = Pinhole::of(spec);
-        assert!((camera.intrinsics_px[0][0] - f64::from(pinhole.focal_px)).abs() < 1e-3);
+        let model = CameraModel::of(spec);
+        assert!((camera.intrinsics_px[0][0] - f64::from(model.focal_px)).abs() < 1e-3);
         assert_eq!(
             camera.intrinsics_px,
             [[320.0, 0.0, 320.0], [0.0, 320.0, 240.0], [0.0, 0.0, 1.0]]
         );
         let forward: Vec<f64> = camera.vehicle_from_optical.iter().map(|row| row[2]).collect();
         assert_eq!(forward, [1.0, 0.0, 0.0, 0.0], "optical z is vehicle x");
+    }
+
+    #[test]
+    fn metadata_holds_the_whole_projection() {
+        let lens = LensSpec {
+            model: lens_model::BROWN_CONRADY,
+            focal_px: [612.3, 611.9],
+            center_px: [401.25, 298.5],
+            coefficients: [-0.21, 0.07, 0.001, -0.002, -0.01],
+            ..LensSpec::default()
+        };
+        let pose = Pose::IDENTITY;
+        let spec = client_lib::wire::camera("front", pose, 800, 600, 1.0, 1u32);
+        for lens in [lens, LensSpec { model: lens_model::FISHEYE, coefficients: [0.01; 5], ..lens }]
+        {
+            let mut lens = lens;
+            if lens.model == lens_model::FISHEYE {
+                (lens.coefficients[4], lens.max_angle_rad) = (0.0, 1.7);
+            }
+            let spec = SensorSpec { lens, ..spec };
+            let written = describe(&spec.into()).camera.unwrap();
+            let text = serde_json::to_string(&written).unwrap();
+            let read = serde_json::from_str(&text).unwrap();
+            let model = CameraModel::of_metadata(&read).unwrap();
+            assert_eq!(model.projection, CameraModel::of(&spec).projection);
+        }
     }
 
     #[test]

@@ -4,10 +4,12 @@
 use glam::{Affine3A, Vec3A};
 use mesh::Mesh;
 
-use crate::collect::sensors::Pinhole;
+use crate::collect::camera_model::{CameraModel, NEAR_M};
 
-/// The near plane, in metres.
-pub(crate) const NEAR_M: f32 = 0.05;
+/// The most halvings of the edges of a triangle that a lens bends, and the deviation from a straight edge
+/// from which on it is halved, in pixels.
+const HALVINGS_MAX: u32 = 6;
+const BEND_MAX_PX: f32 = 0.1;
 
 /// A part of a mesh.
 #[derive(Clone, Copy)]
@@ -31,8 +33,8 @@ pub(crate) struct Silhouette {
     bits: Vec<u64>,
     words_per_row: usize,
     rows: [usize; 2],
-    /// The pixels of the corners, and their depths.
-    corners: Vec<([f32; 2], f32)>,
+    /// The pixels of the corners; `None` where the camera shows nothing.
+    corners: Vec<Option<[f32; 2]>>,
 }
 
 impl Silhouette {
@@ -42,7 +44,7 @@ impl Silhouette {
         &mut self,
         part: Part,
         optical_from_mesh: &Affine3A,
-        camera: &Pinhole,
+        camera: &CameraModel,
     ) -> u32 {
         self.words_per_row = (camera.width as usize).div_ceil(64);
         self.bits.resize(self.words_per_row * camera.height as usize, 0);
@@ -51,19 +53,15 @@ impl Silhouette {
         corners.clear();
         let optical =
             |position: [f32; 3]| optical_from_mesh.transform_point3a(Vec3A::from_array(position));
-        for position in part.positions {
-            let corner = optical(*position);
-            corners.push((camera.project(corner), corner.z));
-        }
+        corners.extend(part.positions.iter().map(|position| camera.project(optical(*position))));
         for triangle in part.triangles {
-            let [a, b, c] = *triangle;
-            let first = part.first;
-            let [a, b, c] = [(a - first) as usize, (b - first) as usize, (c - first) as usize];
-            let ((a_px, a_z), (b_px, b_z), (c_px, c_z)) = (corners[a], corners[b], corners[c]);
-            if a_z.min(b_z).min(c_z) >= NEAR_M {
-                self.fill([a_px, b_px, c_px], camera);
-            } else {
-                self.clip([a, b, c].map(|i| optical(part.positions[i])), camera);
+            let [a, b, c] = triangle.map(|corner| (corner - part.first) as usize);
+            let pixels = [corners[a], corners[b], corners[c]];
+            let place = || [a, b, c].map(|i| optical(part.positions[i]));
+            match (camera.is_pinhole(), pixels) {
+                (true, [Some(a), Some(b), Some(c)]) => self.fill([a, b, c], camera),
+                (true, _) => self.clip(place(), camera),
+                (false, _) => self.bend(place(), pixels, camera, 0),
             }
         }
         self.corners = corners;
@@ -71,7 +69,7 @@ impl Silhouette {
     }
 
     /// Fills what lies before the near plane.
-    fn clip(&mut self, corners: [Vec3A; 3], camera: &Pinhole) {
+    fn clip(&mut self, corners: [Vec3A; 3], camera: &CameraModel) {
         let mut before = [Vec3A::ZERO; 4];
         let mut count = 0;
         for (index, here) in corners.iter().enumerate() {
@@ -85,14 +83,79 @@ impl Silhouette {
                 count += 1;
             }
         }
-        let pixels = before.map(|p| camera.project(p));
+        let nearest = |p: Vec3A| Vec3A::new(p.x, p.y, p.z.max(NEAR_M));
+        let pixels = before.map(|p| camera.project(nearest(p)).unwrap_or_default());
         for last in 2..count {
             self.fill([pixels[0], pixels[last - 1], pixels[last]], camera);
         }
     }
 
+    /// Fills what a lens shows of a triangle, in parts whose edges are straight in the image.
+    fn bend(
+        &mut self,
+        corners: [Vec3A; 3],
+        pixels: [Option<[f32; 2]>; 3],
+        camera: &CameraModel,
+        halvings: u32,
+    ) {
+        if let [Some(a), Some(b), Some(c)] = pixels {
+            let span = |axis: usize| {
+                let [low, high] = [f32::min, f32::max].map(|of| of(of(a[axis], b[axis]), c[axis]));
+                (low, high, high - low)
+            };
+            let size = [camera.width, camera.height].map(|size| size as f32);
+            let spans = [span(0), span(1)];
+            // A bent edge leaves the rectangle of its ends by less than the size of that.
+            if spans
+                .iter()
+                .zip(size)
+                .any(|((low, high, wide), size)| *high + wide < 0.0 || *low - wide > size)
+            {
+                return;
+            }
+            // Within a few pixels, every lens keeps lines straight.
+            let is_small = spans.iter().all(|(.., wide)| *wide < 4.0);
+            if is_small || halvings == HALVINGS_MAX {
+                self.fill([a, b, c], camera);
+                return;
+            }
+        } else if halvings == HALVINGS_MAX || pixels == [None; 3] && halvings > 2 {
+            return;
+        }
+        let middles = [0, 1, 2].map(|i| (corners[i] + corners[(i + 1) % 3]) * 0.5);
+        let middle_pixels = middles.map(|middle| camera.project(middle));
+        if let [Some(a), Some(b), Some(c)] = pixels {
+            let ends = [[a, b], [b, c], [c, a]];
+            let is_straight = |(middle, [a, b]): (&Option<[f32; 2]>, [[f32; 2]; 2])| {
+                middle.is_some_and(|middle| {
+                    // The middle lies anywhere on the chord, because of perspective.
+                    let (along, from) =
+                        ([b[0] - a[0], b[1] - a[1]], [middle[0] - a[0], middle[1] - a[1]]);
+                    let length = along[0].hypot(along[1]).max(1e-6);
+                    (along[0] * from[1] - along[1] * from[0]).abs() < BEND_MAX_PX * length
+                })
+            };
+            if middle_pixels.iter().zip(ends).all(is_straight) {
+                self.fill([a, b, c], camera);
+                return;
+            }
+        }
+        let [a, b, c] = corners;
+        let [ab, bc, ca] = middles;
+        let [a_px, b_px, c_px] = pixels;
+        let [ab_px, bc_px, ca_px] = middle_pixels;
+        for (corners, pixels) in [
+            ([a, ab, ca], [a_px, ab_px, ca_px]),
+            ([ab, b, bc], [ab_px, b_px, bc_px]),
+            ([ca, bc, c], [ca_px, bc_px, c_px]),
+            ([ab, bc, ca], [ab_px, bc_px, ca_px]),
+        ] {
+            self.bend(corners, pixels, camera, halvings + 1);
+        }
+    }
+
     /// Sets the pixels whose centres lie between the edges, row by row.
-    fn fill(&mut self, corners: [[f32; 2]; 3], camera: &Pinhole) {
+    fn fill(&mut self, corners: [[f32; 2]; 3], camera: &CameraModel) {
         let [[ax, ay], [bx, by], [cx, cy]] = corners;
         let first = pixel_from(ay.min(by).min(cy));
         // A centre on the lower or the right edge is outside, see below.
@@ -153,9 +216,8 @@ fn pixel_from(edge: f32) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::collect::camera_model::tests::{fisheye, pinhole};
     use glam::{Quat, Vec3};
-
-    const CAMERA: Pinhole = Pinhole { width: 200, height: 100, focal_px: 100.0 };
 
     /// A wall of 2 m by 1 m, centred at the origin, facing −z.
     fn wall() -> Part<'static> {
@@ -166,7 +228,7 @@ mod tests {
 
     fn pixels(x: f32, y: f32, z: f32) -> u32 {
         let at = Affine3A::from_translation(Vec3::new(x, y, z));
-        Silhouette::default().pixels(wall(), &at, &CAMERA)
+        Silhouette::default().pixels(wall(), &at, &pinhole())
     }
 
     #[test]
@@ -191,22 +253,47 @@ mod tests {
         // A floor 0.5 m below, from 1 m behind to 1 m ahead: it fills the bottom of the image.
         let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
         let floor = Affine3A::from_rotation_translation(turn, Vec3::new(0.0, 0.25, 0.0));
-        let count = Silhouette::default().pixels(wall(), &floor, &CAMERA);
+        let count = Silhouette::default().pixels(wall(), &floor, &pinhole());
         // Row r + 0.5 below the middle sees 0.25 m down at z = 25 / (r + 0.5), nearer than 0.5 m
         // only beyond the image's edge.
         assert_eq!(count, 0);
         let lower = Affine3A::from_rotation_translation(turn, Vec3::new(0.0, 0.2, 0.0));
-        let count = Silhouette::default().pixels(wall(), &lower, &CAMERA);
+        let count = Silhouette::default().pixels(wall(), &lower, &pinhole());
         assert_eq!(count, 10 * 200, "the ten rows that see it nearer than 0.5 m");
+    }
+
+    #[test]
+    fn a_fisheye_bends_the_edges_of_a_wall() {
+        // Its camera has 60 pixels a radian. A wall of 20 m by 10 m, 4 m ahead, fills most of the image.
+        let camera = fisheye();
+        let at = Affine3A::from_scale_rotation_translation(
+            Vec3::splat(10.0),
+            Quat::IDENTITY,
+            Vec3::new(0.0, 0.0, 4.0),
+        );
+        let drawn = Silhouette::default().pixels(wall(), &at, &camera);
+        let mut shown = 0;
+        for (row, column) in (0..100).flat_map(|row| (0..200).map(move |column| (row, column))) {
+            let pixel = glam::DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
+            let Some(ray) = camera.projection.optical_ray(pixel) else { continue };
+            let hit = ray * (4.0 / ray.z);
+            shown += u32::from(ray.z > 0.0 && hit.x.abs() < 10.0 && hit.y.abs() < 5.0);
+        }
+        assert!(shown > 5000 && drawn.abs_diff(shown) <= shown / 200, "{drawn} of {shown}");
+        // Beside the camera and a little behind it: 6 pixels of its near edge, 15 pixels high.
+        let turn = Quat::from_rotation_y(1.8);
+        let aside = Affine3A::from_rotation_translation(turn, turn * Vec3::new(0.0, 0.0, 4.0));
+        assert!(Silhouette::default().pixels(wall(), &aside, &camera) > 60);
+        assert_eq!(Silhouette::default().pixels(wall(), &aside, &pinhole()), 0);
     }
 
     #[test]
     fn a_second_drawing_begins_on_an_empty_raster() {
         let mut raster = Silhouette::default();
         let at = Affine3A::from_translation(Vec3::new(0.0, 0.0, 4.0));
-        let first = raster.pixels(wall(), &at, &CAMERA);
-        assert_eq!(raster.pixels(wall(), &at, &CAMERA), first);
+        let first = raster.pixels(wall(), &at, &pinhole());
+        assert_eq!(raster.pixels(wall(), &at, &pinhole()), first);
         let hidden = Affine3A::from_translation(Vec3::new(0.0, 0.0, -4.0));
-        assert_eq!(raster.pixels(wall(), &hidden, &CAMERA), 0);
+        assert_eq!(raster.pixels(wall(), &hidden, &pinhole()), 0);
     }
 }

@@ -15,6 +15,7 @@ use glam::{Affine3A, Quat, Vec3, Vec3A};
 use crate::collect::{
     CollectError, Collection,
     boxes::Seen,
+    camera_model::{CameraModel, NEAR_M},
     decode,
     encode::{DEPTH_FAR, DEPTH_STEPS_PER_M, STATIC_BIT},
     folder::Folder,
@@ -22,8 +23,7 @@ use crate::collect::{
     frame_list,
     inspect::check,
     schedule,
-    sensors::{BOXES, Pinhole, sensor_from_optical},
-    silhouette::NEAR_M,
+    sensors::{BOXES, sensor_from_optical},
     tracks::{TRACKS, Track, Tracks},
 };
 
@@ -469,17 +469,17 @@ impl FrameCheck<'_> {
         let (Some(world_from_lidar), Some(world_from_camera)) = (pose(lidar), pose(camera)) else {
             return;
         };
-        let Some(intrinsics) = camera.camera.as_ref().map(|camera| camera.intrinsics_px) else {
-            return;
-        };
-        let pinhole = Pinhole {
-            width: depth.width as u32,
-            height: depth.height as u32,
-            focal_px: intrinsics[0][0] as f32,
+        let model = match camera.camera.as_ref().map(CameraModel::of_metadata) {
+            Some(Ok(model)) => model,
+            Some(Err(why)) => {
+                self.add(Fault::Contents, format!("metadata.json: camera {}: {why}", camera.name));
+                return;
+            }
+            None => return,
         };
         let optical_from_lidar =
             (world_from_camera * sensor_from_optical()).inverse() * world_from_lidar;
-        let found = compare(&decode::floats(points), &optical_from_lidar, &depth, &pinhole);
+        let found = compare(&decode::floats(points), &optical_from_lidar, &depth, &model);
         let Some((agreement, median_m)) = found else { return };
         if agreement.nearer as f32 > NEARER_MAX * agreement.points as f32 {
             let example = format!(
@@ -533,7 +533,7 @@ fn compare(
     points: &[f32],
     optical_from_lidar: &Affine3A,
     depth: &decode::Image,
-    camera: &Pinhole,
+    camera: &CameraModel,
 ) -> Option<(Agreement, f32)> {
     let steps = depth.sixteen();
     let metres = |step: u16| match step {
@@ -544,10 +544,11 @@ fn compare(
     let mut nearer = 0;
     for point in points.chunks_exact(4) {
         let at = optical_from_lidar.transform_point3a(Vec3A::new(point[0], point[1], point[2]));
-        if at.z < NEAR_M {
+        let depth_m = camera.depth(at);
+        if depth_m < NEAR_M {
             continue;
         }
-        let [u, v] = camera.project(at);
+        let Some([u, v]) = camera.project(at) else { continue };
         if !(1.0..camera.width as f32 - 1.0).contains(&u)
             || !(1.0..camera.height as f32 - 1.0).contains(&v)
         {
@@ -560,12 +561,12 @@ fn compare(
                 (low, high) = (low.min(metres(*step)), high.max(metres(*step)));
             }
         }
-        let tolerance = DEPTH_TOLERANCE_M + DEPTH_TOLERANCE * at.z;
-        if at.z > high + tolerance {
+        let tolerance = DEPTH_TOLERANCE_M + DEPTH_TOLERANCE * depth_m;
+        if depth_m > high + tolerance {
             continue;
         }
-        differences.push((metres(steps[row * depth.width + column]) - at.z).abs());
-        nearer += usize::from(at.z < low - tolerance);
+        differences.push((metres(steps[row * depth.width + column]) - depth_m).abs());
+        nearer += usize::from(depth_m < low - tolerance);
     }
     if differences.len() < POINTS_MIN {
         return None;

@@ -5,11 +5,11 @@ use client_lib::{Client, ClientError, Tag};
 use glam::{Affine3A, Vec3, Vec3A};
 use protocol::{ActorId, ActorState, Pose, SensorSpec, sensor};
 
-use crate::collect::sensors::{Pinhole, sensor_from_optical};
+use crate::collect::{camera_model::CameraModel, sensors::sensor_from_optical};
 
 /// The cameras on the ego.
 pub(crate) struct EgoCameras {
-    cameras: Vec<(Pinhole, Pose)>,
+    cameras: Vec<(CameraModel, Pose)>,
 }
 
 /// The cameras at one frame.
@@ -17,7 +17,7 @@ pub(crate) struct PlacedCameras<'a> {
     client: &'a Client,
     ego: ActorId,
     /// Each with `optical_from_world` and its place in world space.
-    cameras: Vec<(Pinhole, Affine3A, Vec3)>,
+    cameras: Vec<(CameraModel, Affine3A, Vec3)>,
 }
 
 /// What is looked for: a box that stands on the ground.
@@ -44,13 +44,13 @@ impl EgoCameras {
     pub(crate) fn new(sensors: &[SensorSpec]) -> EgoCameras {
         let cameras = sensors.iter().filter(|spec| spec.kind == sensor::CAMERA);
         EgoCameras {
-            cameras: cameras.map(|spec| (Pinhole::of(spec), spec.parent_from_sensor)).collect(),
+            cameras: cameras.map(|spec| (CameraModel::of(spec), spec.parent_from_sensor)).collect(),
         }
     }
 
     /// Returns the cameras where the ego is now.
     pub(crate) fn at<'a>(&self, client: &'a Client, ego: &ActorState) -> PlacedCameras<'a> {
-        let place = |(camera, vehicle_from_sensor): &(Pinhole, Pose)| {
+        let place = |(camera, vehicle_from_sensor): &(CameraModel, Pose)| {
             let world_from_sensor = ego.pose.then(vehicle_from_sensor);
             let optical_from_world = (world_from_sensor.affine() * sensor_from_optical()).inverse();
             (*camera, optical_from_world, world_from_sensor.position())
@@ -95,12 +95,17 @@ impl PlacedCameras<'_> {
     }
 }
 
-fn is_in_image(camera: &Pinhole, optical_from_world: &Affine3A, point: Vec3, margin: f32) -> bool {
+fn is_in_image(
+    camera: &CameraModel,
+    optical_from_world: &Affine3A,
+    point: Vec3,
+    margin: f32,
+) -> bool {
     let at = optical_from_world.transform_point3a(Vec3A::from(point));
-    if at.z < 0.5 {
+    if camera.depth(at) < 0.5 {
         return false;
     }
-    let [u, v] = camera.project(at);
+    let Some([u, v]) = camera.project(at) else { return false };
     let within = |pixel: f32, count: u32| {
         let size = count as f32;
         (-margin * size..(1.0 + margin) * size).contains(&pixel)
@@ -116,7 +121,7 @@ mod tests {
     #[test]
     fn a_point_is_in_the_image_of_a_camera_ahead_of_it_and_a_margin_widens_the_image() {
         let spec = &default_sensors(800, 600)[0];
-        let camera = Pinhole::of(spec);
+        let camera = CameraModel::of(spec);
         let ego = Pose::level(Vec3::new(10.0, 20.0, 0.0), 1.0);
         let world_from_optical =
             ego.then(&spec.parent_from_sensor).affine() * sensor_from_optical();

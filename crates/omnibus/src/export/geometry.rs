@@ -1,8 +1,9 @@
 //! Transforms of a plain data set in double precision.
 
+use anyhow::ensure;
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
-use crate::collect::format::{Matrix4, Transform};
+use crate::collect::format::{Camera, Matrix4, Sensor, Transform};
 
 /// Returns a transform; its quaternion gets length 1.
 pub(crate) fn affine(transform: &Transform) -> DAffine3 {
@@ -30,4 +31,20 @@ pub(crate) fn intrinsics_of_centres(intrinsics_px: &[[f64; 3]; 3]) -> [[f64; 3];
     shifted[0][2] -= 0.5;
     shifted[1][2] -= 0.5;
     shifted
+}
+
+/// Refuses a camera with a lens for a format whose calibrations are those of rectified images.
+pub(crate) fn without_lens(
+    format: &str,
+    scene: &str,
+    sensor: &Sensor,
+    camera: &Camera,
+) -> anyhow::Result<()> {
+    ensure!(
+        camera.lens.is_none(),
+        "{scene}: camera {} has a lens, but calibrations of {format} have no distortion; export to mcap, \
+         coco, yolo or webdataset, or collect with a camera without lens",
+        sensor.name
+    );
+    Ok(())
 }

@@ -14,7 +14,7 @@ use crate::{
     collect::format::{ActorBox, Camera, Sensor, View},
     export::{
         class::{Class, class},
-        geometry::{affine, affine_of_rows, intrinsics_of_centres},
+        geometry::{affine, affine_of_rows, intrinsics_of_centres, without_lens},
         images::{Images, link},
         parallel::Threads,
         set::{Frame, Scene, Set},
@@ -36,6 +36,8 @@ pub(crate) fn write(
     for scene in set.scenes() {
         let name = &scene.name;
         ensure!(scene.cameras().next().is_some(), "{name} has no camera, which KITTI needs");
+        let (sensor, camera) = forward_camera(scene);
+        without_lens("KITTI", name, sensor, camera)?;
     }
     for folder in ["image_2", "velodyne", "calib", "label_2"] {
         let path = root.join("training").join(folder);

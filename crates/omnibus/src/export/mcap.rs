@@ -4,13 +4,13 @@ use std::{borrow::Cow, fs, path::Path};
 
 use anyhow::Context;
 use foxglove::{
-    Calibration, Entity, Message, WORLD, compressed_image, point_cloud, pose_in_frame, scene,
-    timestamp, transform,
+    Calibration, Distortion, Entity, Message, WORLD, compressed_image, point_cloud, pose_in_frame,
+    scene, timestamp, transform,
 };
 use mesh::Tag;
 
 use crate::{
-    collect::format::{ActorBox, Camera, Sensor},
+    collect::format::{ActorBox, Camera, LensName, Sensor},
     export::{
         geometry::{affine, affine_of_rows, intrinsics_of_centres},
         images::Images,
@@ -124,8 +124,15 @@ fn optical_space(sensor: &Sensor) -> String {
 }
 
 fn calibration(camera: &Camera) -> Calibration {
-    let size = [camera.width_px, camera.height_px];
-    Calibration { size, intrinsics_px: intrinsics_of_centres(&camera.intrinsics_px) }
+    let distortion = camera.lens.as_ref().map(|lens| match lens.model {
+        LensName::BrownConrady => Distortion::PlumbBob(lens.coefficients.clone()),
+        LensName::Fisheye => Distortion::KannalaBrandt(lens.coefficients.clone()),
+    });
+    Calibration {
+        size: [camera.width_px, camera.height_px],
+        intrinsics_px: intrinsics_of_centres(&camera.intrinsics_px),
+        distortion,
+    }
 }
 
 /// Returns an actor as a box in the colour of its tag.

@@ -12,7 +12,7 @@ use crate::{
         format::{ActorBox, Camera, Lidar, Sensor},
     },
     export::{
-        geometry::{affine, affine_of_rows, intrinsics_of_centres, parts},
+        geometry::{affine, affine_of_rows, intrinsics_of_centres, parts, without_lens},
         images::Images,
         nuscenes_map::{self, Area},
         nuscenes_radar,
@@ -285,6 +285,7 @@ impl<'a> Mounted<'a> {
         let wheelbase_m = blueprint.map_or(0.0, |(_, made)| f64::from(made.wheelbase_m));
         let mut channels: Vec<Channel> = Vec::new();
         for (sensor, camera) in scene.cameras() {
+            without_lens("nuScenes", &scene.name, sensor, camera)?;
             let name = words::camera_channel(sensor, camera);
             let is_taken = channels.iter().any(|channel| channel.name == name);
             let name = if is_taken { words::own_channel("CAM", sensor) } else { name };

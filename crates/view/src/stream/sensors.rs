@@ -112,7 +112,7 @@ pub(crate) fn calibration(time: &Message) -> Message {
     let [fx, fy, cx, cy] =
         [pinhole.fx, pinhole.fy, pinhole.cx - 0.5, pinhole.cy - 0.5].map(f64::from);
     let intrinsics_px = [[fx, 0.0, cx], [0.0, fy, cy], [0.0, 0.0, 1.0]];
-    Calibration { size: SIZE, intrinsics_px }.message(time, OPTICAL)
+    Calibration { size: SIZE, intrinsics_px, distortion: None }.message(time, OPTICAL)
 }
 
 /// Returns `foxglove.CompressedImage` of the first sensor of a measurement; `None` if that is no camera.
