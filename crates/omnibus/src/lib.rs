@@ -14,6 +14,7 @@ mod blueprints;
 mod carla_args;
 mod collect;
 mod export;
+mod gallery;
 mod gateway;
 mod inspect;
 mod launch;
@@ -71,6 +72,8 @@ enum Verb {
     Ros2(ros2::Ros2Args),
     /// Shows a running simulator or a recording in a browser: cameras, lidar, map, stages; drives a car
     View(view::ViewArgs),
+    /// Draws places of the maps by day, at dusk, at night, in rain and in fog
+    Gallery(gallery::GalleryArgs),
     /// Runs one stage alone at full speed and prints how long its frames take
     Stage(stage::StageArgs),
     /// Describes, checks, draws, converts or generates a map
@@ -124,6 +127,7 @@ pub fn main() -> std::process::ExitCode {
         Verb::Top(args) => top::top(args),
         Verb::Ros2(args) => ros2::ros2(args),
         Verb::View(args) => view::view(args),
+        Verb::Gallery(args) => gallery::gallery(args),
         Verb::Stage(args) => stage::stage(args),
         Verb::Map(args) => map::map(args),
         Verb::Maps(args) => maps::list(args),

@@ -15,6 +15,7 @@ use crate::collect::{
     format::{Boxes, FrameLine, Metadata, Sensor},
     frame_list,
     sensors::BOXES,
+    sheet::{Sheet, mean},
 };
 
 /// The name of the file.
@@ -22,8 +23,6 @@ pub(crate) const NAME: &str = "contact-sheet.png";
 
 const ROWS: usize = 5;
 const TILE_WIDTH: usize = 400;
-const GAP: usize = 4;
-const BACKGROUND: [u8; 3] = [24, 24, 26];
 /// Half the side of the square that a lidar tile shows, in metres.
 const LIDAR_SHOWN_M: f32 = 45.0;
 
@@ -157,25 +156,6 @@ fn read_image(
     }
 }
 
-/// Returns the mean colour of the pixels below a pixel of a tile.
-fn mean(image: &Image, [x, y]: [usize; 2], scale: f32) -> [u8; 3] {
-    let span = |p: usize, end: usize| {
-        let from = ((p as f32 * scale) as usize).min(end - 1);
-        from..(((p + 1) as f32 * scale) as usize).clamp(from + 1, end)
-    };
-    let (mut sum, mut count) = ([0usize; 3], 0);
-    for v in span(y, image.height) {
-        for u in span(x, image.width) {
-            let at = (v * image.width + u) * 3;
-            for (total, value) in sum.iter_mut().zip(&image.bytes[at..at + 3]) {
-                *total += usize::from(*value);
-            }
-            count += 1;
-        }
-    }
-    sum.map(|total| (total / count) as u8)
-}
-
 /// Returns the grey of a depth: white is near, each tenfold distance is equally darker.
 fn depth_shade(steps: u16) -> [u8; 3] {
     if steps == DEPTH_FAR {
@@ -190,48 +170,6 @@ fn tag_color(code: u8) -> [u8; 3] {
     Tag::from_code(code).map_or([0; 3], Tag::color)
 }
 
-/// Tiles on a background.
-struct Sheet {
-    width: usize,
-    height: usize,
-    tile: [usize; 2],
-    pixels: Vec<u8>,
-}
-
-impl Sheet {
-    fn new(columns: usize, rows: usize, tile: [usize; 2]) -> Sheet {
-        let [width, height] = [columns * (tile[0] + GAP) + GAP, rows * (tile[1] + GAP) + GAP];
-        Sheet { width, height, tile, pixels: BACKGROUND.repeat(width * height) }
-    }
-
-    fn draw(&mut self, column: usize, row: usize, color: impl Fn(usize, usize) -> [u8; 3]) {
-        for y in 0..self.tile[1] {
-            for x in 0..self.tile[0] {
-                self.dot(column, row, [x, y], color(x, y));
-            }
-        }
-    }
-
-    fn dot(&mut self, column: usize, row: usize, [x, y]: [usize; 2], color: [u8; 3]) {
-        let x = GAP + column * (self.tile[0] + GAP) + x;
-        let y = GAP + row * (self.tile[1] + GAP) + y;
-        self.pixels[(y * self.width + x) * 3..][..3].copy_from_slice(&color);
-    }
-
-    fn outline(&mut self, column: usize, row: usize, edges: [usize; 4], color: [u8; 3]) {
-        let [left, top, right, bottom] = edges;
-        let (right, bottom) = (right.min(self.tile[0] - 1), bottom.min(self.tile[1] - 1));
-        for x in left..=right {
-            self.dot(column, row, [x, top.min(bottom)], color);
-            self.dot(column, row, [x, bottom], color);
-        }
-        for y in top..=bottom {
-            self.dot(column, row, [left.min(right), y], color);
-            self.dot(column, row, [right, y], color);
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -241,14 +179,5 @@ mod tests {
         let shade = |metres: f32| depth_shade((metres * DEPTH_STEPS_PER_M) as u16)[0];
         assert!(shade(2.0) > shade(20.0) && shade(20.0) > shade(200.0));
         assert_ne!(depth_shade(DEPTH_FAR), depth_shade(DEPTH_FAR - 1));
-    }
-
-    #[test]
-    fn a_tile_lies_in_its_row_and_column() {
-        let mut sheet = Sheet::new(2, 2, [3, 2]);
-        sheet.dot(1, 1, [2, 1], [255, 0, 0]);
-        let (x, y) = (GAP + 3 + GAP + 2, GAP + 2 + GAP + 1);
-        assert_eq!(sheet.pixels[(y * sheet.width + x) * 3..][..3], [255, 0, 0]);
-        assert_eq!(sheet.pixels.iter().filter(|p| **p == 255).count(), 1);
     }
 }
