@@ -18,7 +18,6 @@ pub(crate) mod tests;
 mod timer;
 
 use std::collections::{BTreeMap, VecDeque};
-use std::time::Duration;
 
 use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, SubmissionIndex};
 
@@ -35,9 +34,6 @@ use timer::Timer;
 /// Maximum output of one submission in bytes: word offsets have 32 bits, and the staging buffer has
 /// the same length.
 const BATCH_BYTES_MAX: u64 = 1 << 30;
-
-/// Time after which a device that has not finished a batch counts as lost.
-const DEVICE_TIMEOUT: Duration = Duration::from_secs(30);
 
 /// Tracer on a GPU.
 #[derive(Debug)]
@@ -291,7 +287,7 @@ impl GpuTracer {
         let Some(batch) = batch else { return Ok(()) };
         let wait = PollType::Wait {
             submission_index: Some(batch.submission),
-            timeout: Some(DEVICE_TIMEOUT),
+            timeout: Some(self.gpu.timeout),
         };
         self.gpu.device.poll(wait).map_err(|why| self.gpu.error(why.to_string()))?;
         self.gpu.check()?;

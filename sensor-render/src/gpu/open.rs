@@ -1,4 +1,5 @@
 use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
 
 use wgpu::{
     Adapter, DeviceDescriptor, DeviceType, ExperimentalFeatures, Features, MemoryHints, Trace,
@@ -20,6 +21,8 @@ pub(crate) struct Gpu {
     /// Threads that copy staged measurements.
     pub(crate) workers: Workers,
     fault: Arc<Mutex<Option<String>>>,
+    /// Time after which a device that has not finished a batch counts as lost.
+    pub(crate) timeout: Duration,
 }
 
 /// Opens adapter `number`, or, with `None`, the first hardware adapter. Returns `Ok(None)` if there
@@ -69,7 +72,10 @@ fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> 
     device.set_device_lost_callback(move |reason, why| {
         note(&on_loss, format!("the device is lost ({reason:?}): {why}"));
     });
-    Ok(Gpu { name, device, queue, imports, workers, fault })
+    // A software device shares its processors with everything else.
+    let is_software = adapter.get_info().device_type == DeviceType::Cpu;
+    let timeout = Duration::from_secs(if is_software { 600 } else { 30 });
+    Ok(Gpu { name, device, queue, imports, workers, fault, timeout })
 }
 
 impl Gpu {
