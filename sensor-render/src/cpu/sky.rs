@@ -33,23 +33,34 @@ pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
         let scale = F::splat(1.1) / (view.z.max(F::splat(0.0)) + F::splat(0.08));
         let drift = F::splat(light.air.w * 0.01);
         let (x, y) = (view.x.mul_add(scale, drift), view.y * scale);
-        let seed = F::Word::splat(7);
-        let mut sum = noise(x, y, seed) * F::splat(0.55);
-        let (x, y) = (x * F::splat(2.3), y * F::splat(2.3));
-        sum = noise(x, y, seed).mul_add(F::splat(0.3), sum);
-        let (x, y) = (x * F::splat(2.1), y * F::splat(2.1));
-        sum = noise(x, y, seed).mul_add(F::splat(0.15), sum);
-        let begin = 0.85 - 0.85 * cover;
-        let thick = smooth(F::splat(begin), F::splat(begin + 0.35), sum);
+        let sum = cloud(x, y);
+        // A cloud that gets thinner towards the sun shows its bright side.
+        let [to_x, to_y] = [light.sun.x, light.sun.y].map(|to| F::splat(to * 0.2));
+        let slope = sum - cloud(x + to_x, y + to_y);
+        let lit = slope.mul_add(F::splat(1.8), F::splat(0.75)).max(F::splat(0.3));
+        let begin = 0.76 - 0.76 * cover;
+        let thick = smooth(F::splat(begin), F::splat(begin + 0.32), sum);
         let fade = smooth(F::splat(0.0), F::splat(0.18), view.z);
-        let white = light.horizon.truncate() * 0.75 + light.sun_color.truncate() * 0.16;
-        let white = V3::splat(white) * (sum.mul_add(F::splat(-0.3), F::splat(1.1)));
+        let by_sun = splat::<F>(light.sun_color) * (lit.min(F::splat(1.5)) * F::splat(0.2));
+        let white = splat::<F>(light.horizon) * F::splat(0.75) + by_sun;
+        let white = white * (sum.mul_add(F::splat(-0.3), F::splat(1.1)));
         color = color.lerp(white, thick * fade * F::splat(0.9));
     }
     // Haze near the horizon.
     let haze_share =
         haze_share(light, F::splat(500.0) / view.z.max(F::splat(0.0)).mul_add(F::splat(9.0), one));
     color.lerp(splat(light.haze), haze_share)
+}
+
+/// Returns the density of clouds at a place of their layer, from 0 to 1.
+#[inline(always)]
+fn cloud<F: Float>(x: F, y: F) -> F {
+    let seed = F::Word::splat(7);
+    let sum = noise(x, y, seed) * F::splat(0.55);
+    let (x, y) = (x * F::splat(2.3), y * F::splat(2.3));
+    let sum = noise(x, y, seed).mul_add(F::splat(0.3), sum);
+    let (x, y) = (x * F::splat(2.1), y * F::splat(2.1));
+    noise(x, y, seed).mul_add(F::splat(0.15), sum)
 }
 
 /// Returns the share of radiance that the atmosphere replaces at a distance in metres.

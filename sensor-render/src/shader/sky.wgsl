@@ -16,19 +16,28 @@ fn sky_of(view: vec3f) -> vec3f {
     let cover = frame.zenith.w;
     if (cover > 0.0) {
         let scale = 1.1 / (height + 0.08);
-        var at = view.xy * scale + vec2f(frame.air.w * 0.01, 0.0);
-        var sum = noise_at(at.x, at.y, 7u) * 0.55;
-        at *= 2.3;
-        sum += noise_at(at.x, at.y, 7u) * 0.3;
-        at *= 2.1;
-        sum += noise_at(at.x, at.y, 7u) * 0.15;
-        let begin = 0.85 - 0.85 * cover;
-        let thick = smoothly(begin, begin + 0.35, sum);
+        let at = view.xy * scale + vec2f(frame.air.w * 0.01, 0.0);
+        let sum = cloud(at);
+        // A cloud that gets thinner towards the sun shows its bright side.
+        let slope = sum - cloud(at + frame.sun.xy * 0.2);
+        let lit = clamp(0.75 + slope * 1.8, 0.3, 1.5);
+        let begin = 0.76 - 0.76 * cover;
+        let thick = smoothly(begin, begin + 0.32, sum);
         let fade = smoothly(0.0, 0.18, view.z);
-        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * 0.16) * (1.1 - 0.3 * sum);
+        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * (lit * 0.2)) * (1.1 - 0.3 * sum);
         color = mix(color, white, thick * fade * 0.9);
     }
     return mix(color, frame.haze.xyz, haze_share(500.0 / (1.0 + 9.0 * height)));
+}
+
+// Density of clouds at a place of their layer, from 0 to 1.
+fn cloud(place: vec2f) -> f32 {
+    var at = place;
+    var sum = noise_at(at.x, at.y, 7u) * 0.55;
+    at *= 2.3;
+    sum += noise_at(at.x, at.y, 7u) * 0.3;
+    at *= 2.1;
+    return sum + noise_at(at.x, at.y, 7u) * 0.15;
 }
 
 // Share of radiance that the atmosphere replaces at a distance in metres.
