@@ -28,6 +28,9 @@ const LIFT: f32 = 0.01;
 const ROUGHNESS_MAX: f32 = 0.3;
 const MIRROR_MIN: f32 = 0.05;
 
+/// Rings of rain drops on a metre of water.
+const RIPPLES_PER_M: f32 = 14.0;
+
 /// Inputs of shading.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Shade<'a> {
@@ -196,7 +199,7 @@ impl Shade<'_> {
             let traced = active & sharp & strong;
             if traced.any() {
                 let origins = flat.mul_add(F::splat(LIFT), at);
-                let r = rippled(light, at, normal, r);
+                let r = rippled(light, at, normal, r, long);
                 mirrored = self.mirrored(origins, r, traced, stack).or(traced, mirrored);
             }
         }
@@ -302,16 +305,20 @@ impl Shade<'_> {
     }
 }
 
-/// Returns reflected directions that the rings of rain drops on level water turn.
+/// Returns reflected directions that the rings of rain drops on level water turn, where a pixel, `pixel`
+/// metres long on the water, can resolve the rings.
 #[inline(always)]
-fn rippled<F: Float>(light: &Light, at: V3<F>, normal: V3<F>, r: V3<F>) -> V3<F> {
+fn rippled<F: Float>(light: &Light, at: V3<F>, normal: V3<F>, r: V3<F>, pixel: F) -> V3<F> {
     let rain = light.sun_radius.w;
     if rain <= 0.0 {
         return r;
     }
+    let strength = pixel.mul_add(F::splat(-RIPPLES_PER_M), F::splat(1.5)).clamp01();
+    let strength = strength * F::splat(0.16 * rain);
     let wave = |seed: u32| {
-        let [x, y] = [at.x, at.y].map(|along| along * F::splat(14.0) + F::splat(light.air.w * 9.0));
-        (noise(x, y, F::Word::splat(seed)) - F::splat(0.5)) * F::splat(0.16 * rain)
+        let [x, y] =
+            [at.x, at.y].map(|along| along * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0));
+        (noise(x, y, F::Word::splat(seed)) - F::splat(0.5)) * strength
     };
     let level = F::splat(0.995).lt(normal.z);
     let turned = V3 { x: r.x + wave(17), y: r.y + wave(18), z: r.z };

@@ -6,6 +6,8 @@ const LIFT = 0.01;
 const ROUGHNESS_MAX = 0.3;
 const MIRROR_MIN = 0.05;
 
+const RIPPLES_PER_M = 14.0;
+
 // Which cameras a pipeline renders: those with several rays per pixel, which trace reflections too, or
 // the others.
 override SMOOTH: bool = false;
@@ -83,7 +85,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
     var mirrored: vec3f;
     if (SMOOTH && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
-        mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r)));
+        mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r, long)));
     } else {
         mirrored = reflection(r);
     }
@@ -118,15 +120,16 @@ fn mirrored_of(ray: Ray) -> vec3f {
     return mix(color, frame.haze.xyz, haze_share(hit.t));
 }
 
-// Direction that is turned by the rings of rain drops on level water.
-fn rippled(at: vec3f, normal: vec3f, r: vec3f) -> vec3f {
+// Direction that is turned by the rings of rain drops on level water, where a pixel can resolve the rings.
+fn rippled(at: vec3f, normal: vec3f, r: vec3f, pixel: f32) -> vec3f {
     let rain = frame.sun_radius.w;
     if (rain <= 0.0 || normal.z <= 0.995) {
         return r;
     }
-    let place = at.xy * 14.0 + frame.air.w * 9.0;
+    let place = at.xy * RIPPLES_PER_M + frame.air.w * 9.0;
+    let strength = clamp(1.5 - pixel * RIPPLES_PER_M, 0.0, 1.0) * 0.16 * rain;
     let wave = vec2f(noise_at(place.x, place.y, 17u), noise_at(place.x, place.y, 18u)) - 0.5;
-    return normalize(r + vec3f(wave * (0.16 * rain), 0.0));
+    return normalize(r + vec3f(wave * strength, 0.0));
 }
 
 // Normal between those of the corners of a triangle of an actor, towards the camera, unless the camera
