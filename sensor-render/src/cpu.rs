@@ -18,6 +18,7 @@ mod surface_materials;
 #[cfg(test)]
 mod tests;
 mod traversal;
+mod wear;
 
 use camera::CameraRows;
 use lidar::LidarColumns;

@@ -23,6 +23,12 @@ pub(crate) mod pattern {
     pub(crate) const SLABS: u32 = 1 << 3;
     /// Rows of roof tiles.
     pub(crate) const TILES: u32 = 1 << 4;
+    /// Stains, cracks, repairs and covers of a road.
+    pub(crate) const ROAD: u32 = 1 << 5;
+    /// Worn paint on a road.
+    pub(crate) const MARKING: u32 = 1 << 6;
+    /// Dry and dense places of grass.
+    pub(crate) const GRASS: u32 = 1 << 7;
 }
 
 /// Shading parameters that are constant over a triangle.
@@ -95,6 +101,7 @@ impl SurfaceMaterial {
         }
         let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
         let (mut along, mut up) = (Vec3::X, Vec3::Y);
+        let mut pattern = parameters.z as u32;
         let flat = normal.x * normal.x + normal.y * normal.y;
         // Surfaces steeper than about 26 degrees have an upward axis.
         if foliage {
@@ -106,10 +113,11 @@ impl SurfaceMaterial {
                 (along, up) = (Vec3::X, Vec3::Z);
             }
         } else if flat > 0.24 * normal.z * normal.z {
+            pattern &= !pattern::MARKING;
             along = Vec3::new(-normal.y, normal.x, 0.0) * (1.0 / flat.sqrt());
             up = normal.cross(along) * (1.0 / (flat + normal.z * normal.z).sqrt());
         }
-        let (mut emission, mut pattern, mut grain) = (Vec3::ZERO, parameters.z as u32, grain);
+        let (mut emission, mut grain) = (Vec3::ZERO, grain);
         let dark = light.horizon.w;
         if let Some(actor) = actor {
             (pattern, grain) = (0, Vec4::ZERO);
@@ -208,6 +216,9 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
     }
 }
 
+/// Albedo of the road that shows through a worn marking.
+pub(crate) const WORN_PAINT: f32 = 0.1;
+
 /// Colours of `CarPaint` on static objects, sRGB.
 pub(crate) const PAINTS: [u32; 8] =
     [0x2a2a8c, 0x6e4628, 0x3c5a2d, 0x28282a, 0x969696, 0x1e82b4, 0x50286e, 0xb4bebe];
@@ -231,19 +242,26 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const BRICKS: f32 = pattern::BRICKS as f32;
     const SLABS: f32 = pattern::SLABS as f32;
     const TILES: f32 = pattern::TILES as f32;
+    const ROAD: f32 = pattern::ROAD as f32;
+    const MARKING: f32 = pattern::MARKING as f32;
+    const GRASS: f32 = pattern::GRASS as f32;
     const SMOOTH: [f32; 4] = [0.0; 4];
     const STONE: [f32; 4] = [0.09, 19.0, 0.1, 0.4];
     const DULL: [f32; 4] = [0.6, 0.0, 0.0, 0.0];
     match material {
         Material::Asphalt => {
-            [[0.082, 0.082, 0.086, 0.03], [0.55, 0.0, 0.0, 0.0], [0.2, 55.0, 0.28, 0.31]]
+            [[0.082, 0.082, 0.086, 0.03], [0.55, 0.0, ROAD, 0.0], [0.34, 55.0, 0.1, 0.31]]
         }
-        Material::PaintWhite => [[0.68, 0.68, 0.66, 0.03], DULL, [0.3, 17.0, 0.3, 0.9]],
-        Material::PaintYellow => [[0.62, 0.38, 0.05, 0.03], DULL, [0.3, 17.0, 0.3, 0.9]],
+        Material::PaintWhite => {
+            [[0.68, 0.68, 0.66, 0.03], [0.6, 0.0, MARKING, 0.0], [0.3, 17.0, 0.3, 0.9]]
+        }
+        Material::PaintYellow => {
+            [[0.62, 0.38, 0.05, 0.03], [0.6, 0.0, MARKING, 0.0], [0.3, 17.0, 0.3, 0.9]]
+        }
         Material::Paving => [[0.33, 0.315, 0.29, 0.02], [0.6, 0.0, SLABS, 0.0], STONE],
         Material::Kerb => [[0.42, 0.41, 0.39, 0.02], DULL, STONE],
         Material::Grass => {
-            [[0.075, 0.128, 0.034, 0.0], [0.8, 0.35, 0.0, 0.0], [0.75, 9.0, 0.6, 0.22]]
+            [[0.075, 0.128, 0.034, 0.0], [0.8, 0.35, GRASS, 0.0], [0.75, 9.0, 0.3, 0.22]]
         }
         Material::Soil => [[0.15, 0.105, 0.07, 0.0], [0.8, 0.0, 0.0, 0.0], [0.5, 7.0, 0.4, 0.5]],
         Material::Concrete => [[0.40, 0.39, 0.37, 0.02], [0.6, 0.0, 0.0, 0.12], STONE],

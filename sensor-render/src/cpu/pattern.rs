@@ -12,7 +12,7 @@ const BAY: f32 = 3.64;
 /// Returns the coverage of a pixel of width `pixel` whose centre lies `inside` metres within the
 /// edge of a shape.
 #[inline(always)]
-fn cover<F: Float>(inside: F, pixel: F) -> F {
+pub(super) fn cover<F: Float>(inside: F, pixel: F) -> F {
     (inside / pixel + F::splat(0.5)).clamp01()
 }
 
@@ -67,7 +67,7 @@ pub(crate) fn draw<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F, dark:
 }
 
 #[inline(always)]
-fn has<F: Float>(surfaces: &SurfaceMaterials<F>, bit: u32) -> F::Mask {
+pub(super) fn has<F: Float>(surfaces: &SurfaceMaterials<F>, bit: u32) -> F::Mask {
     !(surfaces.pattern & F::Word::splat(bit)).eq(F::Word::splat(0))
 }
 

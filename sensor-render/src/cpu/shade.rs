@@ -11,6 +11,7 @@ use super::single_ray::SingleRay;
 use super::sky::{ambient, gradient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
+use super::wear;
 use crate::hit::{Hit, NONE};
 use crate::lamps::LampGrid;
 use crate::light::Light;
@@ -174,7 +175,9 @@ impl Shade<'_> {
         let long = pixel / cosine.max(F::splat(0.06));
         surfaces.apply_grain(long);
         if (!surfaces.pattern.eq(F::Word::splat(0))).any() {
-            pattern::draw(&mut surfaces, (pixel * long).sqrt(), light.horizon.w);
+            let pixel = (pixel * long).sqrt();
+            wear::apply(&mut surfaces, pixel);
+            pattern::draw(&mut surfaces, pixel, light.horizon.w);
         }
         self.apply_wetness(&mut surfaces, at, normal);
 

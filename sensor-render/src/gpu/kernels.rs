@@ -20,6 +20,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/sky.wgsl"),
     include_str!("../shader/surface_material.wgsl"),
     include_str!("../shader/pattern.wgsl"),
+    include_str!("../shader/wear.wgsl"),
     include_str!("../shader/lamplight.wgsl"),
     include_str!("../shader/shade.wgsl"),
     include_str!("../shader/lens.wgsl"),

@@ -68,6 +68,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     var surface = surface_material_of(hit, at);
     apply_grain(&surface, long);
     if (surface.pattern != 0u) {
+        apply_wear(&surface, sqrt(pixel * long));
         draw(&surface, sqrt(pixel * long));
     }
     apply_wetness(&surface, at, normal);

@@ -153,6 +153,8 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
         }
     }
     let normal = cross(row1.xyz, row2.xyz);
+    // A worn marking lies on the ground.
+    var pattern = u32(parameters.z);
     var along = vec3f(1.0, 0.0, 0.0);
     var up = vec3f(0.0, 1.0, 0.0);
     let flat_ = normal.x * normal.x + normal.y * normal.y;
@@ -165,11 +167,12 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
             up = vec3f(0.0, 0.0, 1.0);
         }
     } else if (flat_ > 0.24 * normal.z * normal.z) {
+        pattern &= ~64u;
         along = vec3f(-normal.y, normal.x, 0.0) * (1.0 / sqrt(flat_));
         up = cross(normal, along) * (1.0 / sqrt(flat_ + normal.z * normal.z));
     }
     var surface = SurfaceMaterial(
-        albedo, color.w, vec3f(0.0), parameters.x, parameters.y, u32(parameters.z), materials[code * 3u + 2u],
+        albedo, color.w, vec3f(0.0), parameters.x, parameters.y, pattern, materials[code * 3u + 2u],
         walls[bitcast<u32>(row2.w)], seed, dot(at, along), dot(at, up), at.z,
     );
     if (is_actor) {

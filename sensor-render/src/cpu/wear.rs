@@ -1,0 +1,139 @@
+//! Age of surfaces: stains, cracks and repairs of roads, worn markings, dry grass, weathered walls. Twin of
+//! wear.wgsl.
+
+use glam::Vec3;
+
+use super::grain::{hash, noise, share, smooth};
+use super::pattern::{cover, has};
+use super::surface_materials::SurfaceMaterials;
+use crate::simd::{Float, Mask, V3, Word};
+use crate::surface_material::{WORN_PAINT, pattern};
+
+/// Applies the age of surfaces for pixels that are `pixel` metres wide.
+#[inline(always)]
+pub(crate) fn apply<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F) {
+    let road = has(surfaces, pattern::ROAD);
+    if road.any() {
+        wear_road(surfaces, road, pixel);
+    }
+    let paint = has(surfaces, pattern::MARKING);
+    if paint.any() {
+        wear_marking(surfaces, paint, pixel);
+    }
+    let grass = has(surfaces, pattern::GRASS);
+    if grass.any() {
+        dry_grass(surfaces, grass);
+    }
+    let wall = has(surfaces, pattern::WINDOWS);
+    if wall.any() {
+        weather_wall(surfaces, wall);
+    }
+}
+
+/// Noise on the surface with `per_m` lattice cells per metre.
+#[inline(always)]
+fn noise_of<F: Float>(x: F, y: F, per_m: f32, seed: u32) -> F {
+    noise(x * F::splat(per_m), y * F::splat(per_m), F::Word::splat(seed))
+}
+
+/// Returns the coverage of a pixel by a line `width` metres wide whose middle is `apart` metres away.
+#[inline(always)]
+fn line<F: Float>(apart: F, width: f32, pixel: F) -> F {
+    cover(F::splat(width * 0.5) - apart, pixel) * (F::splat(width) / pixel).clamp01()
+}
+
+#[inline(always)]
+fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
+    let (x, y) = (surfaces.along, surfaces.up);
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let stain =
+        noise_of(x, y, 0.23, 21).mul_add(F::splat(0.6), noise_of(x, y, 0.9, 22) * F::splat(0.4));
+    let mut wave = (stain - half).mul_add(F::splat(0.36), one);
+    let near = mask & pixel.lt(F::splat(0.12));
+    if near.any() {
+        // Cracks are the middle level of warped noise, where the road is old.
+        let age = smooth(F::splat(0.5), F::splat(0.62), noise_of(x, y, 0.07, 26));
+        let shift = |seed| (noise_of(x, y, 1.7, seed) - half) * F::splat(0.9);
+        let crack = noise_of(x + shift(23), y + shift(24), 0.45, 25) - half;
+        // Where the noise passes its middle it changes by about 0.6 per metre.
+        let crack = line(crack.abs() * F::splat(1.0 / 0.6), 0.02, pixel) * age;
+        wave = wave * crack.or(near, F::splat(0.0)).mul_add(F::splat(-0.5), one);
+    }
+    surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+
+    // Cells with a repaired rectangle or an iron cover.
+    let cell = [9.0f32, 7.0];
+    let (u, v) = (x * F::splat(1.0 / cell[0]), y * F::splat(1.0 / cell[1]));
+    let (column, row) = (u.floor(), v.floor());
+    let word = hash::<F>(column.to_int(), row.to_int(), F::Word::splat(29));
+    let part = |times: u32| share::<F>(word * F::Word::splat(times));
+    let kind = part(0x9e37_79b1);
+    let patched = mask & kind.lt(F::splat(0.2));
+    let covered = mask & F::splat(0.9).lt(kind);
+    if !(patched | covered).any() {
+        return;
+    }
+    let (across, along) = (part(0x85eb_ca6b), part(0xc2b2_ae35));
+    let right = (u - column - across.mul_add(F::splat(0.3), F::splat(0.35))) * F::splat(cell[0]);
+    let ahead = (v - row - along.mul_add(F::splat(0.3), F::splat(0.35))) * F::splat(cell[1]);
+    let size = part(0x27d4_eb2f);
+    let half_x = size.mul_add(F::splat(1.3), F::splat(0.5));
+    let half_y = across.mul_add(F::splat(0.6), F::splat(0.35));
+    let inside = (half_x - right.abs()).min(half_y - ahead.abs());
+    let tone = along.mul_add(F::splat(0.5), F::splat(-0.32));
+    let patch = (cover(inside, pixel) * tone).mul_add(one, one);
+    let seam = line(inside.abs(), 0.05, pixel).mul_add(F::splat(-0.35), one);
+    surfaces.albedo = surfaces.albedo * (patch * seam).or(patched, one);
+
+    let radius = right.mul_add(right, ahead * ahead).sqrt();
+    let rim = line((radius - F::splat(0.33)).abs(), 0.03, pixel);
+    let ribs = (right * F::splat(12.5) - (right * F::splat(12.5)).floor() - half).abs()
+        + (ahead * F::splat(12.5) - (ahead * F::splat(12.5)).floor() - half).abs();
+    let relief = smooth(F::splat(0.1), F::splat(0.02), pixel);
+    let iron = F::splat(0.085) * (ribs - half).mul_add(relief * F::splat(0.7), one);
+    let disc = cover(F::splat(0.33) - radius, pixel).or(covered, F::splat(0.0));
+    let iron = V3 { x: iron, y: iron * F::splat(0.96), z: iron * F::splat(0.9) };
+    surfaces.albedo = surfaces.albedo.lerp(iron, disc);
+    surfaces.specular = surfaces.specular.lerp(F::splat(0.12), disc);
+    surfaces.roughness = surfaces.roughness.lerp(F::splat(0.4), disc);
+    surfaces.albedo = surfaces.albedo * rim.or(covered, F::splat(0.0)).mul_add(F::splat(-0.6), one);
+}
+
+/// Lets the road show through a marking.
+#[inline(always)]
+fn wear_marking<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
+    let (x, y) = (surfaces.along, surfaces.up);
+    let spots =
+        noise_of(x, y, 2.1, 27).mul_add(F::splat(0.5), noise_of(x, y, 14.0, 28) * F::splat(0.5));
+    let bare = smooth(F::splat(0.52), F::splat(0.78), spots) * F::splat(0.65);
+    // The mean where a pixel is larger than the spots.
+    let blurred = smooth(F::splat(0.05), F::splat(0.2), pixel);
+    let bare = bare.lerp(F::splat(0.12), blurred).or(mask, F::splat(0.0));
+    surfaces.albedo = surfaces.albedo.lerp(V3::splat(Vec3::splat(WORN_PAINT)), bare);
+}
+
+/// Makes grass dry and yellow in places, and dark where it is dense.
+#[inline(always)]
+fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
+    let (x, y) = (surfaces.along, surfaces.up);
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let wide =
+        noise_of(x, y, 0.045, 31).mul_add(F::splat(0.6), noise_of(x, y, 0.31, 32) * F::splat(0.4));
+    let dry = smooth(F::splat(0.42), F::splat(0.78), wide) * F::splat(0.75);
+    let tone = Vec3::new(1.9, 1.35, 1.25);
+    let wave = (noise_of(x, y, 1.9, 33) - half).mul_add(F::splat(0.5), one);
+    let tint = V3::splat(Vec3::ONE).lerp(V3::splat(tone), dry) * wave;
+    surfaces.albedo = surfaces.albedo.times(tint).or(mask, surfaces.albedo);
+}
+
+/// Darkens walls by streaks of rain water and by splashes above the ground.
+#[inline(always)]
+fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
+    let (one, word) = (F::splat(1.0), F::Word::splat(34));
+    let streaks = noise(surfaces.along * F::splat(1.6), surfaces.height * F::splat(0.13), word);
+    let streaks = smooth(F::splat(0.45), F::splat(0.9), streaks) * F::splat(0.22);
+    let [_, _, low, _] = surfaces.wall;
+    let splash = smooth(F::splat(1.3), F::splat(0.0), surfaces.height - low) * F::splat(0.3);
+    let wave = (one - streaks) * (one - splash);
+    surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+}
