@@ -7,6 +7,7 @@ mod grain;
 mod lamplight;
 mod lens;
 mod lidar;
+mod occlusion;
 mod overlay_raster;
 mod pattern;
 mod ray_packet;

@@ -1,5 +1,6 @@
 use std::{fmt, str::FromStr};
 
+use glam::Vec4;
 use protocol::quality;
 
 /// Rays per pixel of colour images.
@@ -58,6 +59,12 @@ impl Quality {
             Quality::Standard => &SAMPLES[1..5],
             Quality::Epic => &SAMPLES[5..],
         }
+    }
+
+    /// Returns the direction of the sky for which each ray computes ambient occlusion.
+    pub(crate) fn sky_directions(self) -> &'static [Vec4] {
+        let first = self.first_sample() as usize;
+        &SKY_DIRECTIONS[first..first + self.samples().len()]
     }
 
     /// Returns the index of the first of these rays in [`SAMPLES`].
@@ -124,3 +131,48 @@ pub(crate) const SAMPLES: [Sample; 21] = [
     [0.218_75, 0.343_75, 0.034_56, -0.393_77],
     [0.468_75, 0.468_75, -0.712_26, 0.294_01],
 ];
+
+/// Directions in world space towards the sky, of unit length, for each of [`SAMPLES`]: as dense as the
+/// cosine from the vertical, so that each stands for an equal part of the light on level ground. The first
+/// is not used. The shaders read the same vectors.
+#[rustfmt::skip]
+pub(crate) const SKY_DIRECTIONS: [Vec4; 21] = [
+    Vec4::new(0.000_00, 0.000_00, 1.000_00, 0.0),
+
+    Vec4::new(0.546_57, 0.226_40, 0.806_23, 0.0),
+    Vec4::new(-0.331_41, 0.800_10, 0.500_00, 0.0),
+    Vec4::new(-0.619_76, -0.256_71, 0.741_62, 0.0),
+    Vec4::new(0.308_53, -0.744_86, 0.591_61, 0.0),
+
+    Vec4::new(0.171_02, 0.032_62, 0.984_73, 0.0),
+    Vec4::new(0.293_58, 0.432_00, 0.852_75, 0.0),
+    Vec4::new(0.599_99, 0.394_12, 0.696_20, 0.0),
+    Vec4::new(0.176_53, 0.852_44, 0.492_13, 0.0),
+    Vec4::new(-0.296_22, -0.056_51, 0.953_45, 0.0),
+    Vec4::new(-0.324_57, -0.477_59, 0.816_43, 0.0),
+    Vec4::new(-0.634_30, -0.416_66, 0.651_20, 0.0),
+    Vec4::new(-0.183_46, -0.885_88, 0.426_10, 0.0),
+    Vec4::new(-0.072_95, 0.382_41, 0.921_11, 0.0),
+    Vec4::new(-0.519_19, 0.352_84, 0.778_42, 0.0),
+    Vec4::new(-0.438_04, 0.666_85, 0.602_86, 0.0),
+    Vec4::new(-0.918_10, 0.190_13, 0.347_76, 0.0),
+    Vec4::new(0.086_31, -0.452_48, 0.887_59, 0.0),
+    Vec4::new(0.557_70, -0.379_02, 0.738_45, 0.0),
+    Vec4::new(0.458_42, -0.697_88, 0.550_28, 0.0),
+    Vec4::new(0.949_23, -0.196_58, 0.245_59, 0.0),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn directions_of_the_sky_are_unit_vectors_upwards_that_spread_around_the_zenith() {
+        for level in [Quality::Standard, Quality::Epic] {
+            let directions = level.sky_directions();
+            let sum: Vec4 = directions.iter().sum();
+            assert!(directions.iter().all(|d| (d.length() - 1.0).abs() < 1e-4 && d.z > 0.1));
+            assert!(sum.truncate().truncate().length() < 0.15 * directions.len() as f32, "{sum}");
+        }
+    }
+}

@@ -138,6 +138,49 @@ impl Probe for Beam {
     }
 }
 
+/// A beam of parallel rays that ends at a distance from their origins.
+#[derive(Clone, Debug)]
+pub(crate) struct Slab {
+    beam: Beam,
+    /// Greatest distance of a point along the direction, negated.
+    least: f32,
+}
+
+impl Slab {
+    /// Returns the part of the parallel `beam` whose ray parameters are at most `length`; the space may be
+    /// scaled, so that `direction` is not of unit length.
+    #[inline(always)]
+    pub(crate) fn new<F: Float>(
+        beam: Beam,
+        origins: &V3<F>,
+        active: F::Mask,
+        direction: Vec3,
+        length: f32,
+        reach: f32,
+    ) -> Slab {
+        let [x, y, z] = direction.to_array();
+        let (_, most_xy) = spread(&[*origins], &[active], [0, 1], [x, y]);
+        let (_, most_z) = spread(&[*origins], &[active], [2, 2], [z, 0.0]);
+        let end = most_xy + most_z + length * direction.length_squared();
+        Slab { beam, least: -(end + 2.0 * ROUNDING * reach) }
+    }
+}
+
+impl Probe for Slab {
+    #[inline(always)]
+    fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
+        let (touched, near) = self.beam.touch::<E>(node, limit);
+        let row = |row: usize| E::load(&node.bounds[row & 7]);
+        // The corner that lies least far along the direction.
+        let [x, y, z] = self.beam.axis;
+        let [row_x, row_y, row_z] = self.beam.axis_rows.map(|row| row ^ 1);
+        let begin = row(row_x).mul_add(E::splat(x), E::splat(0.0));
+        let begin = row(row_y).mul_add(E::splat(y), begin);
+        let begin = row(row_z).mul_add(E::splat(z), begin);
+        (touched & begin.ge(E::splat(self.least)), near)
+    }
+}
+
 /// Returns the minimum and the maximum of `scales · (axis 0, axis 1)` over the active lanes.
 #[inline(always)]
 fn spread<F: Float>(

@@ -88,7 +88,8 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
                 let radiance = shade.radiance::<F, GROUPS, false>(
                     direction, &hits, group, &surface, shown, &mut stack,
                 );
-                let color = shade.with_shadows(radiance, direction, &surface, sample, &mut stack);
+                let color =
+                    shade.with_shadows(radiance, direction, &surface, sample, None, &mut stack);
                 let color = tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
                 put_color(encode(color), hits.t[group], raster, at, tile);
             }
@@ -110,7 +111,8 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
         let at = GroupPixels::new(camera, tile, x, below);
         let mut sum = V3::splat(Vec3::ZERO);
         let mut nearest = F::splat(f32::INFINITY);
-        for samples in samples.chunks_exact(GROUPS) {
+        let sky = camera.quality.sky_directions();
+        for (samples, sky) in samples.chunks_exact(GROUPS).zip(sky.chunks_exact(GROUPS)) {
             let block = packet::<F>(camera, Rays::Samples(samples), x, tile.first + below);
             let hits = closest(shade, &block, camera.pixel * 0.5, &mut stack);
             let mut earlier = [Radiance::black(); GROUPS];
@@ -136,8 +138,15 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                     radiance = own.or(fresh, radiance);
                 }
                 earlier[group] = radiance;
-                let color =
-                    shade.with_shadows(radiance, direction, &surface, samples[group], &mut stack);
+                let of_sky = Some(sky[group].truncate());
+                let color = shade.with_shadows(
+                    radiance,
+                    direction,
+                    &surface,
+                    samples[group],
+                    of_sky,
+                    &mut stack,
+                );
                 sum = sum + tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
                 nearest = nearest.min(hits.t[group].or(shown, nearest));
             }

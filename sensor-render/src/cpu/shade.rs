@@ -14,7 +14,7 @@ use super::traversal::Stack;
 use super::wear;
 use crate::hit::{Hit, NONE};
 use crate::lamps::LampGrid;
-use crate::light::Light;
+use crate::light::{Light, OCCLUSION_FADE_M, OCCLUSION_REACH_M};
 use crate::quality::Sample;
 use crate::rays::Camera;
 use crate::scene::Scene;
@@ -45,8 +45,10 @@ pub(crate) struct Shade<'a> {
 /// Radiance towards the camera, divided by what shadow rays decide about.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Radiance<F: Float> {
-    /// Part that no shadow ray decides about.
+    /// Part that no ray decides about.
     base: V3<F>,
+    /// Diffuse light of the sky, if nothing near keeps it away.
+    sky: V3<F>,
     /// By the sun, if it is not in shadow.
     sun: V3<F>,
     /// By the strongest lamp, if it is not in shadow.
@@ -59,7 +61,13 @@ impl<F: Float> Radiance<F> {
     #[inline(always)]
     pub(crate) fn black() -> Self {
         let black = V3::splat(Vec3::ZERO);
-        Radiance { base: black, sun: black, lamp: black, lamp_number: F::Word::splat(NONE) }
+        Radiance {
+            base: black,
+            sky: black,
+            sun: black,
+            lamp: black,
+            lamp_number: F::Word::splat(NONE),
+        }
     }
 
     /// Returns `self` where the mask is set, else `other`.
@@ -67,6 +75,7 @@ impl<F: Float> Radiance<F> {
     pub(crate) fn or(self, mask: F::Mask, other: Self) -> Self {
         Radiance {
             base: self.base.or(mask, other.base),
+            sky: self.sky.or(mask, other.sky),
             sun: self.sun.or(mask, other.sun),
             lamp: self.lamp.or(mask, other.lamp),
             lamp_number: self.lamp_number.or(mask, other.lamp_number),
@@ -102,6 +111,7 @@ impl Shade<'_> {
             let haze = haze_share(light, t * stretch);
             let clear = F::splat(1.0) - haze;
             radiance.base = radiance.base.lerp(splat(light.haze), haze);
+            radiance.sky = radiance.sky * clear;
             radiance.sun = radiance.sun * clear;
             radiance.lamp = radiance.lamp * clear;
         }
@@ -114,7 +124,8 @@ impl Shade<'_> {
     }
 
     /// Returns a radiance with the sun and the strongest lamp where they are not in shadow. `of_pixel`
-    /// is the point of the sun's disc that shadows are computed for.
+    /// is the point of the sun's disc that shadows are computed for, `of_sky` the direction of the sky that
+    /// ambient occlusion is computed for; without it there is none.
     #[inline(always)]
     pub(crate) fn with_shadows<F: Float>(
         &self,
@@ -122,6 +133,7 @@ impl Shade<'_> {
         direction: V3<F>,
         sample: &SurfaceSample<F>,
         of_pixel: Sample,
+        of_sky: Option<Vec3>,
         stack: &mut Stack,
     ) -> V3<F> {
         let (light, zero) = (self.light, F::splat(0.0));
@@ -134,6 +146,11 @@ impl Shade<'_> {
         let away = zero.lt(sample.normal.dot(direction));
         let normal = (-sample.normal).or(away, sample.normal);
         let origins = normal.mul_add(F::splat(LIFT), at);
+        let sky_share = match of_sky {
+            Some(of_sky) => self.sky_share(of_sky, origins, normal, t, sample.hit, stack),
+            None => F::splat(1.0),
+        };
+        color = color + radiance.sky * sky_share;
         let sun = light.sun.truncate();
         let mut open = zero.lt(normal.dot(V3::splat(sun))) & sample.hit;
         if open.any() && light.sun.w > 0.0 {
@@ -149,6 +166,31 @@ impl Shade<'_> {
             color = color + radiance.lamp.or(open, V3::splat(Vec3::ZERO));
         }
         color
+    }
+
+    /// Returns the share of the light from a direction of the sky that reaches the points; 1 where they face
+    /// another direction or are far from the camera.
+    #[inline(always)]
+    fn sky_share<F: Float>(
+        &self,
+        of_sky: Vec3,
+        origins: V3<F>,
+        normal: V3<F>,
+        t: F,
+        active: F::Mask,
+        stack: &mut Stack,
+    ) -> F {
+        let one = F::splat(1.0);
+        let [near, far] = OCCLUSION_FADE_M;
+        let faces = F::splat(0.05).lt(normal.dot(V3::splat(of_sky)));
+        let traced = active & faces & t.lt(F::splat(far));
+        if !traced.any() {
+            return one;
+        }
+        let rays = Shadow { direction: of_sky, origins, active: traced };
+        let open = rays.nearest(self.scene, self.world, stack);
+        let share = open * F::splat(1.0 / OCCLUSION_REACH_M);
+        share.lerp(one, smooth(F::splat(near), F::splat(far), t)).or(traced, one)
     }
 
     /// Returns the radiance from a surface towards the camera, without the atmosphere between.
@@ -194,7 +236,7 @@ impl Shade<'_> {
         let facing = normal.dot(V3::splat(sun));
         let around = surfaces.wrap * F::splat(0.22);
         let ambient = ambient(light, normal.z);
-        let shaded = surfaces.albedo.times(sun_color.mul_add(around, ambient));
+        let shaded = surfaces.albedo.times(sun_color * around);
         let mut mirrored = reflection(light, r);
         if REFLECTS {
             let sharp = surfaces.roughness.lt(F::splat(ROUGHNESS_MAX));
@@ -208,6 +250,7 @@ impl Shade<'_> {
         }
         let reflected = mirrored.lerp(ambient, surfaces.roughness);
         let base = shaded.lerp(reflected, mirror) + surfaces.emission;
+        let sky = surfaces.albedo.times(ambient) * (one - mirror);
 
         let direct = surfaces.albedo * (facing.max(around) - around);
         let spread = surfaces.roughness.mul_add(surfaces.roughness, F::splat(0.004));
@@ -220,6 +263,7 @@ impl Shade<'_> {
         let lamps = self.lamps.illuminate(&lit);
         Radiance {
             base: base + lamps.others,
+            sky,
             sun,
             lamp: lamps.strongest,
             lamp_number: lamps.number,

@@ -9,11 +9,11 @@ use crate::simd::{Float, LANES, Mask, V3};
 use crate::triangle::Triangle;
 use crate::world::World;
 
-/// Extent of the origins above which shadow rays are traversed separately. Metres.
+/// Extent of the origins up to which shadow rays are traversed as one beam. Metres.
 const SPREAD_MAX: f32 = 2.0;
 
 /// Sixteen parallel shadow rays.
-#[derive(Clone, Debug)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Shadow<F: Float> {
     /// Direction to the light, of unit length.
     pub(crate) direction: Vec3,
@@ -26,9 +26,30 @@ impl<F: Float> Shadow<F> {
     /// Returns the rays that hit anything.
     #[inline(always)]
     pub(crate) fn blocked(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
-        if self.spread() > SPREAD_MAX {
-            return self.blocked_separately(scene, world, stack);
+        if self.spread() <= SPREAD_MAX {
+            return self.blocked_together(scene, world, stack);
         }
+        let mut blocked = F::Mask::from_bits(0);
+        let mut left = self.active;
+        while left.any() {
+            let part = self.near_first(left, SPREAD_MAX * 0.5);
+            left = left & !part.active;
+            blocked = blocked
+                | match part.lone(scene.reach) {
+                    Some((lane, ray)) => {
+                        let is_blocked =
+                            ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
+                        F::Mask::from_bits(u16::from(is_blocked) << lane)
+                    }
+                    None => part.blocked_together(scene, world, stack),
+                };
+        }
+        blocked
+    }
+
+    /// Traverses all rays as one beam.
+    #[inline(always)]
+    fn blocked_together(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
         let mut open = self.active;
         let beam = self.beam(scene.reach);
         let mut town = TriangleVisitor { scene, shadow: self, open: &mut open };
@@ -49,26 +70,38 @@ impl<F: Float> Shadow<F> {
         self.active & !open
     }
 
-    /// Traverses each ray separately.
+    /// Returns the rays of `left` whose origins are within `near` metres of that of the first of them, along
+    /// each axis.
     #[inline(always)]
-    fn blocked_separately(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
-        let [x, y, z] = [self.origins.x, self.origins.y, self.origins.z].map(F::to_array);
-        let mut left = self.active.bits();
-        let mut blocked = 0u16;
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let origin = Vec3::new(x[lane], y[lane], z[lane]);
-            let ray = SingleRay::new(origin, self.direction, scene.reach);
-            let is_blocked = ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
-            blocked |= u16::from(is_blocked) << lane;
+    pub(super) fn near_first(&self, left: F::Mask, near: f32) -> Self {
+        let lane = left.bits().trailing_zeros() as usize % LANES;
+        let apart = self.origins - V3::splat(self.origin(lane));
+        let most = apart.x.abs().max(apart.y.abs()).max(apart.z.abs());
+        let close = left & F::splat(near).ge(most);
+        // The first itself, whatever its coordinates are.
+        Shadow { active: close | F::Mask::from_bits(1 << lane), ..*self }
+    }
+
+    /// Returns the only active ray and its lane; `None` if there are several.
+    #[inline(always)]
+    pub(super) fn lone(&self, reach: f32) -> Option<(usize, SingleRay)> {
+        let bits = self.active.bits();
+        if bits & bits.wrapping_sub(1) != 0 {
+            return None;
         }
-        F::Mask::from_bits(blocked)
+        let lane = bits.trailing_zeros() as usize % LANES;
+        Some((lane, SingleRay::new(self.origin(lane), self.direction, reach)))
+    }
+
+    #[inline(always)]
+    fn origin(&self, lane: usize) -> Vec3 {
+        let [x, y, z] = [self.origins.x, self.origins.y, self.origins.z].map(F::to_array);
+        Vec3::new(x[lane], y[lane], z[lane])
     }
 
     /// Returns the longest side of the bounding box of the origins. Metres.
     #[inline(always)]
-    fn spread(&self) -> f32 {
+    pub(super) fn spread(&self) -> f32 {
         let mut most = 0.0f32;
         for value in [self.origins.x, self.origins.y, self.origins.z] {
             let low = value.or(self.active, F::splat(f32::INFINITY)).smallest();
@@ -79,13 +112,13 @@ impl<F: Float> Shadow<F> {
     }
 
     #[inline(always)]
-    fn beam(&self, reach: f32) -> Beam {
+    pub(super) fn beam(&self, reach: f32) -> Beam {
         Beam::parallel(&[self.origins], &[self.active], self.direction, reach)
     }
 
     /// Returns the rays in the space of an instance.
     #[inline(always)]
-    fn to_instance_space(&self, instance: &Instance) -> Self {
+    pub(super) fn to_instance_space(&self, instance: &Instance) -> Self {
         let [x, y, z] = instance.actor_from_world;
         let turn = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).dot(self.direction);
         let row = |row: [f32; 4]| {
@@ -98,6 +131,27 @@ impl<F: Float> Shadow<F> {
             origins: V3 { x: row(x), y: row(y), z: row(z) },
             active: self.active,
         }
+    }
+
+    /// Returns the rays that a triangle lies ahead of, and the ray parameters: Möller and Trumbore 1997,
+    /// rearranged for rays of one direction, since everything but three dot products depends on the triangle
+    /// alone.
+    #[inline(always)]
+    pub(super) fn meet(&self, triangle: &Triangle) -> (F::Mask, F) {
+        let [corner, edge1, edge2] =
+            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+        let direction = self.direction;
+        let across = direction.cross(edge2);
+        let inverse = 1.0 / edge1.dot(across);
+        let for_u = V3::<F>::splat(across * inverse);
+        let for_v = V3::<F>::splat(edge1.cross(direction) * inverse);
+        let for_t = V3::<F>::splat(edge1.cross(edge2) * inverse);
+        let from_corner = self.origins - V3::splat(corner);
+        let u = from_corner.dot(for_u);
+        let v = from_corner.dot(for_v);
+        let t = from_corner.dot(for_t);
+        let least = u.min(v).min(F::splat(1.0) - u - v);
+        (least.min(t).ge(F::splat(0.0)), t)
     }
 }
 
@@ -119,32 +173,10 @@ impl<F: Float> Visitor for TriangleVisitor<'_, F> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
         for triangle in &self.scene.triangles[first as usize..(first + count) as usize] {
-            self.meet(triangle);
+            let (met, _) = self.shadow.meet(triangle);
+            *self.open = *self.open & !met;
         }
         limit::<F>(*self.open)
-    }
-}
-
-impl<F: Float> TriangleVisitor<'_, F> {
-    /// Möller and Trumbore 1997, rearranged for rays of one direction: everything but three dot
-    /// products depends on the triangle alone.
-    #[inline(always)]
-    fn meet(&mut self, triangle: &Triangle) {
-        let [corner, edge1, edge2] =
-            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
-        let direction = self.shadow.direction;
-        let across = direction.cross(edge2);
-        let inverse = 1.0 / edge1.dot(across);
-        let for_u = V3::<F>::splat(across * inverse);
-        let for_v = V3::<F>::splat(edge1.cross(direction) * inverse);
-        let for_t = V3::<F>::splat(edge1.cross(edge2) * inverse);
-        let from_corner = self.shadow.origins - V3::splat(corner);
-        let u = from_corner.dot(for_u);
-        let v = from_corner.dot(for_v);
-        let t = from_corner.dot(for_t);
-        let least = u.min(v).min(F::splat(1.0) - u - v);
-        let met = least.min(t).ge(F::splat(0.0));
-        *self.open = *self.open & !met;
     }
 }
 

@@ -1,6 +1,7 @@
 use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
+use glam::Vec4;
 use wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
 use super::batch::Batch;
@@ -13,7 +14,7 @@ use crate::instance::StreetLight;
 use crate::lamps::{LampGrid, SceneLamps};
 use crate::lidar_return::REFLECTIVITIES;
 use crate::light::Light;
-use crate::quality::{SAMPLES, Sample};
+use crate::quality::{SAMPLES, SKY_DIRECTIONS, Sample};
 use crate::surface_material::MATERIALS;
 use crate::{error::TraceError, overlay::Overlay, scene::Scene, world::World};
 
@@ -30,6 +31,7 @@ struct FrameUniforms {
     overlay: [u32; 4],
     town: [u32; 4],
     samples: [Sample; SAMPLES.len()],
+    sky_directions: [Vec4; SAMPLES.len()],
 }
 
 /// Buffers on the device.
@@ -144,6 +146,7 @@ impl GpuResources {
             overlay: self.upload_overlay(gpu, &world.overlay, &batch.text_places),
             town: [scene.smooth_from, 0, 0, 0],
             samples: SAMPLES,
+            sky_directions: SKY_DIRECTIONS,
         };
         if !Arc::ptr_eq(&self.street_lights, &world.street_lights) {
             let mut overrides = vec![StreetLight {

@@ -54,10 +54,8 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     var shared_: array<Radiance, 4>;
     for (var step = select(0u, 1u, SMOOTH && !has_others); step < select(1u, samples + 1u, SMOOTH); step++) {
         let is_center = step == 0u;
-        var sample = frame.samples[0];
-        if (!is_center) {
-            sample = frame.samples[cameras[index].first_sample + step - 1u];
-        }
+        let number = select(cameras[index].first_sample + step - 1u, 0u, is_center);
+        let sample = frame.samples[number];
         let at = from_center + sample.xy;
         let own = (step + 3u) % 4u;
         var direction = cameras[index].forward.xyz + cameras[index].right.xyz * at.x
@@ -96,7 +94,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         }
         seen[own] = name;
         shared_[own] = radiance;
-        film += tone_map(with_shadows(radiance, ray, hit, sample));
+        film += tone_map(with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz));
     }
     if (has_color) {
         bytes_out[cameras[index].color + pixel] = encode(film * (1.0 / f32(select(1u, samples, SMOOTH))));

@@ -22,6 +22,8 @@ struct FrameUniforms {
     town: vec4u,
     // Rays of a pixel at each quality: see SAMPLES in quality.rs.
     samples: array<vec4f, 21>,
+    // Their directions of the sky: see SKY_DIRECTIONS in quality.rs.
+    sky_directions: array<vec4f, 21>,
 }
 
 struct Instance {

@@ -8,15 +8,21 @@ const MIRROR_MIN = 0.05;
 
 const RIPPLES_PER_M = 14.0;
 
+// See light.rs.
+const OCCLUSION_REACH_M = 3.0;
+const OCCLUSION_FADE_M = vec2f(45.0, 65.0);
+
 // Which cameras a pipeline renders: those with several rays per pixel, which trace reflections too, or
 // the others.
 override SMOOTH: bool = false;
 // Whether any lamp shines.
 override HAS_LAMPS: bool = true;
 
-// Radiance towards the camera, divided by what shadow rays decide about.
+// Radiance towards the camera, divided by what rays to the sun, the sky and a lamp decide about.
 struct Radiance {
     base: vec3f,
+    // Diffuse light of the sky, if nothing near keeps it away.
+    sky: vec3f,
     // By the sun, if it is not in shadow.
     sun: vec3f,
     // By the strongest lamp, if it is not in shadow, and its number.
@@ -28,25 +34,30 @@ fn radiance_of(ray: Ray, hit: Hit, pixel: f32) -> Radiance {
     let stretch = length(ray.direction);
     let view = ray.direction * (1.0 / stretch);
     if (hit.triangle == NONE) {
-        return Radiance(sky_of(view), vec3f(0.0), vec3f(0.0), NONE);
+        return Radiance(sky_of(view), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
     }
     let at = ray.origin + ray.direction * hit.t;
     var radiance = surface_of(view, hit, at, pixel * hit.t);
     let haze = haze_share(hit.t * stretch);
     radiance.base = mix(radiance.base, frame.haze.xyz, haze);
+    radiance.sky *= 1.0 - haze;
     radiance.sun *= 1.0 - haze;
     radiance.lamp *= 1.0 - haze;
     return radiance;
 }
 
 // Returns a radiance with the sun and the strongest lamp where they are not in shadow.
-fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f) -> vec3f {
-    var color = radiance.base;
+fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f, of_sky: vec3f) -> vec3f {
     if (hit.triangle == NONE) {
-        return color;
+        return radiance.base;
     }
     let normal = normal_of(hit, ray.direction);
     let origin = ray.origin + ray.direction * hit.t + normal * LIFT;
+    var open_sky = 1.0;
+    if (SMOOTH) {
+        open_sky = sky_share(of_sky, origin, normal, hit.t);
+    }
+    var color = radiance.base + radiance.sky * open_sky;
     var open = dot(normal, frame.sun.xyz) > 0.0;
     if (open && frame.sun.w > 0.0) {
         let to_sun = frame.sun.xyz + frame.sun_radius.xyz * of_pixel.z
@@ -58,6 +69,16 @@ fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f) -> vec3
         color += radiance.lamp;
     }
     return color;
+}
+
+// Returns the share of the light from a direction of the sky that reaches a point; 1 where it faces
+// another direction or is far from the camera. Twin of occlusion.rs.
+fn sky_share(of_sky: vec3f, origin: vec3f, normal: vec3f, t: f32) -> f32 {
+    if (dot(normal, of_sky) <= 0.05 || t >= OCCLUSION_FADE_M.y) {
+        return 1.0;
+    }
+    let open = closest(Ray(origin, of_sky), OCCLUSION_REACH_M, false).t * (1.0 / OCCLUSION_REACH_M);
+    return mix(open, 1.0, smoothly(OCCLUSION_FADE_M.x, OCCLUSION_FADE_M.y, t));
 }
 
 fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
@@ -83,7 +104,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let facing = dot(normal, frame.sun.xyz);
     let around = surface.wrap * 0.22;
     let sky_light = ambient(normal.z);
-    let shaded = surface.albedo * (frame.sun_color.xyz * around + sky_light);
+    let shaded = surface.albedo * frame.sun_color.xyz * around;
     var mirrored: vec3f;
     if (SMOOTH && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
         mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r, long)));
@@ -92,6 +113,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     }
     let reflected = mix(mirrored, sky_light, surface.roughness);
     let base = mix(shaded, reflected, mirror) + surface.emission;
+    let sky = surface.albedo * sky_light * (1.0 - mirror);
 
     let direct = surface.albedo * (max(facing, around) - around);
     let spread = surface.roughness * surface.roughness + 0.004;
@@ -100,10 +122,10 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let sun = mix(direct, vec3f(spot), mirror) * frame.sun_color.xyz;
 
     if (!HAS_LAMPS) {
-        return Radiance(base, sun, vec3f(0.0), NONE);
+        return Radiance(base, sky, sun, vec3f(0.0), NONE);
     }
     let lamps = lamplight_of(&surface, at, normal, view, mirror);
-    return Radiance(base + lamps.others, sun, lamps.strongest, lamps.number);
+    return Radiance(base + lamps.others, sky, sun, lamps.strongest, lamps.number);
 }
 
 // Radiance along a ray from a mirroring surface: sky, or the diffuse light and the emission of what it
