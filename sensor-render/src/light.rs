@@ -107,11 +107,11 @@ impl Light {
 }
 
 /// Distance from which on an obstacle keeps none of the sky's light from a point. Metres.
-pub(crate) const OCCLUSION_REACH_M: f32 = 3.0;
+pub(crate) const OCCLUSION_REACH_M: f32 = 2.0;
 
 /// Distances from the camera along its axis between which ambient occlusion fades out, because it is as
 /// small as a few pixels. Metres.
-pub(crate) const OCCLUSION_FADE_M: [f32; 2] = [45.0, 65.0];
+pub(crate) const OCCLUSION_FADE_M: [f32; 2] = [25.0, 40.0];
 
 /// Tangent of the sun's angular radius, 0.266 degrees.
 const SUN_RADIUS: f32 = 0.004_64;

@@ -84,10 +84,10 @@ impl<F: Float> Radiance<F> {
 }
 
 impl Shade<'_> {
-    /// Returns the radiance along the rays of `active`; it is unspecified along others. With `REFLECTS`,
+    /// Returns the radiance along the rays of `active`; it is unspecified along others. With `DETAILED`,
     /// the reflections of smooth surfaces are traced.
     #[inline(always)]
-    pub(crate) fn radiance<F: Float, const G: usize, const REFLECTS: bool>(
+    pub(crate) fn radiance<F: Float, const G: usize, const DETAILED: bool>(
         &self,
         direction: V3<F>,
         hits: &Hits<F, G>,
@@ -107,7 +107,7 @@ impl Shade<'_> {
             let (triangle, instance) = (hits.triangle[group], hits.instance[group]);
             let surfaces =
                 SurfaceMaterials::new(self.scene, self.world, light, hit, triangle, instance, at);
-            radiance = self.surface::<F, REFLECTS>(view, t, at, sample, surfaces, hit, stack);
+            radiance = self.surface::<F, DETAILED>(view, t, at, sample, surfaces, hit, stack);
             let haze = haze_share(light, t * stretch);
             let clear = F::splat(1.0) - haze;
             radiance.base = radiance.base.lerp(splat(light.haze), haze);
@@ -117,7 +117,7 @@ impl Shade<'_> {
         }
         let missed = !sample.hit & active;
         if missed.any() {
-            let sky = Radiance { base: sky(light, view), ..Radiance::black() };
+            let sky = Radiance { base: sky::<F, DETAILED>(light, view), ..Radiance::black() };
             radiance = sky.or(missed, radiance);
         }
         radiance
@@ -196,7 +196,7 @@ impl Shade<'_> {
     /// Returns the radiance from a surface towards the camera, without the atmosphere between.
     #[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
     #[inline(always)]
-    fn surface<F: Float, const REFLECTS: bool>(
+    fn surface<F: Float, const DETAILED: bool>(
         &self,
         view: V3<F>,
         t: F,
@@ -218,7 +218,9 @@ impl Shade<'_> {
         surfaces.apply_grain(long);
         if (!surfaces.pattern.eq(F::Word::splat(0))).any() {
             let pixel = (pixel * long).sqrt();
-            wear::apply(&mut surfaces, pixel);
+            if DETAILED {
+                wear::apply(&mut surfaces, pixel);
+            }
             pattern::draw(&mut surfaces, pixel, light.horizon.w);
         }
         self.apply_wetness(&mut surfaces, at, normal);
@@ -238,7 +240,7 @@ impl Shade<'_> {
         let ambient = ambient(light, normal.z);
         let shaded = surfaces.albedo.times(sun_color * around);
         let mut mirrored = reflection(light, r);
-        if REFLECTS {
+        if DETAILED {
             let sharp = surfaces.roughness.lt(F::splat(ROUGHNESS_MAX));
             let strong = F::splat(MIRROR_MIN).lt(mirror * clear);
             let traced = active & sharp & strong;

@@ -19,9 +19,9 @@ pub(crate) fn gradient<F: Float>(light: &Light, z: F) -> V3<F> {
     splat::<F>(light.zenith).lerp(splat(light.horizon), low * low)
 }
 
-/// Returns the radiance of the sky with sun, clouds and haze.
+/// Returns the radiance of the sky with sun, clouds and haze; with `DETAILED`, clouds are lit from the side.
 #[inline(always)]
-pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
+pub(crate) fn sky<F: Float, const DETAILED: bool>(light: &Light, view: V3<F>) -> V3<F> {
     let one = F::splat(1.0);
     let mut color = gradient(light, view.z);
     let apart = one - view.dot(splat(light.sun));
@@ -36,7 +36,7 @@ pub(crate) fn sky<F: Float>(light: &Light, view: V3<F>) -> V3<F> {
         let sum = cloud(x, y);
         // A cloud that gets thinner towards the sun shows its bright side.
         let [to_x, to_y] = [light.sun.x, light.sun.y].map(|to| F::splat(to * 0.2));
-        let slope = sum - cloud(x + to_x, y + to_y);
+        let slope = if DETAILED { sum - cloud(x + to_x, y + to_y) } else { F::splat(0.0) };
         let lit = slope.mul_add(F::splat(1.8), F::splat(0.75)).max(F::splat(0.3));
         let begin = 0.76 - 0.76 * cover;
         let thick = smooth(F::splat(begin), F::splat(begin + 0.32), sum);

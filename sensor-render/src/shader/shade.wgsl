@@ -9,8 +9,8 @@ const MIRROR_MIN = 0.05;
 const RIPPLES_PER_M = 14.0;
 
 // See light.rs.
-const OCCLUSION_REACH_M = 3.0;
-const OCCLUSION_FADE_M = vec2f(45.0, 65.0);
+const OCCLUSION_REACH_M = 2.0;
+const OCCLUSION_FADE_M = vec2f(25.0, 40.0);
 
 // Which cameras a pipeline renders: those with several rays per pixel, which trace reflections too, or
 // the others.
@@ -89,7 +89,9 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     var surface = surface_material_of(hit, at);
     apply_grain(&surface, long);
     if (surface.pattern != 0u) {
-        apply_wear(&surface, sqrt(pixel * long));
+        if (SMOOTH) {
+            apply_wear(&surface, sqrt(pixel * long));
+        }
         draw(&surface, sqrt(pixel * long));
     }
     apply_wetness(&surface, at, normal);

@@ -19,7 +19,10 @@ fn sky_of(view: vec3f) -> vec3f {
         let at = view.xy * scale + vec2f(frame.air.w * 0.01, 0.0);
         let sum = cloud(at);
         // A cloud that gets thinner towards the sun shows its bright side.
-        let slope = sum - cloud(at + frame.sun.xy * 0.2);
+        var slope = 0.0;
+        if (SMOOTH) {
+            slope = sum - cloud(at + frame.sun.xy * 0.2);
+        }
         let lit = clamp(0.75 + slope * 1.8, 0.3, 1.5);
         let begin = 0.76 - 0.76 * cover;
         let thick = smoothly(begin, begin + 0.32, sum);
