@@ -13,6 +13,7 @@ mod baked;
 mod lamps;
 pub(crate) mod lens;
 mod motion;
+mod occlusion;
 mod overlay;
 mod parked;
 mod pieces;
