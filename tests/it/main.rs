@@ -29,6 +29,7 @@ mod fork;
 mod formats;
 mod foxglove;
 mod full;
+mod gallery;
 mod generated;
 mod hide;
 mod hold;
