@@ -94,7 +94,8 @@ impl LensSpec {
                 }
             }
         }
-        let angle_max_rad = if self.model == lens_model::FISHEYE { 3.141_593 } else { 0.0 };
+        let angle_max_rad =
+            if self.model == lens_model::FISHEYE { std::f32::consts::PI } else { 0.0 };
         in_range("max_angle_rad", self.max_angle_rad, 0.0, angle_max_rad)
     }
 }

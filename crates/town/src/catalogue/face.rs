@@ -59,7 +59,7 @@ pub(super) fn build(builder: &mut MeshBuilder, face: &Face) {
     builder.ball(at(0.690, 0.0, -0.545), size(0.055, broad * 0.86, 0.042), 4, 8);
     builder.tinted(Material::Skin, skin([0.45, 0.30, 0.30]));
     builder.ball(at(0.715, 0.0, -0.507), size(0.035, broad * 0.9, 0.010), 3, 8);
-    if face.is_grown_man && face.number % 4 == 0 {
+    if face.is_grown_man && face.number.is_multiple_of(4) {
         beard(builder, face);
     }
     if face.number % 7 == 3 {

@@ -397,7 +397,7 @@ impl Figure {
                 ],
             );
         }
-        if self.is_bulky() || self.number % 2 == 0 {
+        if self.is_bulky() || self.number.is_multiple_of(2) {
             // A collar.
             builder.tinted(Material::Cloth, self.color(0).map(|c| c / 2 + 30));
             self.trunk(builder, &[[0.826, 0.050, 0.042, -0.001], [0.848, 0.040, 0.036, 0.002]]);
