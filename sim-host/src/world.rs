@@ -3,7 +3,7 @@
 use std::{collections::BTreeSet, sync::Arc};
 
 use glam::Vec3;
-use mesh::{ObjectId, WordHash, first_of};
+use mesh::{ObjectId, WordHash};
 use protocol::{
     ACTORS_MAX, ActorId, ActorState, BODY_LIFE_NANOS, LightState, Name, Pose, ROUTE_STEPS, Refusal,
     RouteCommand, STRIDE, SetDead, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs,
@@ -347,7 +347,6 @@ impl World {
                     | flag::GETS_UP_AFTER_FALL
                     | flag::RELEASED_ON_HIT),
             pose,
-            phase: if kind == kind::WALKER { first_phase(id) } else { 0 },
             color: if spawn.color == 0 { default_color(blueprint) } else { spawn.color },
             ..ActorState::default()
         };
@@ -584,12 +583,6 @@ fn tag(town: &Town, object: u32) -> u8 {
 
 fn layer(town: &Town, object: u32) -> Layer {
     town.objects[object as usize].layer
-}
-
-/// The progress of a walker's stride when it is spawned, by its id: walkers that start together are
-/// not in step.
-fn first_phase(id: ActorId) -> u32 {
-    first_of(u64::from(id.0)) as u32 % STRIDE
 }
 
 /// Advances the stride of a walker by the distance over ground.

@@ -205,20 +205,6 @@ fn spawned(world: &mut Sim, blueprint: &str, x: f32) -> protocol::ActorId {
 }
 
 #[test]
-fn walkers_that_are_spawned_together_are_not_in_step() {
-    let mut world = plain();
-    let name = "walker.pedestrian.0001";
-    let ids: Vec<_> = (0..8).map(|at| spawned(&mut world, name, 3.0 * at as f32)).collect();
-    let phase = |id: &protocol::ActorId| world.world().state(*id).unwrap().phase;
-    let mut phases: Vec<u32> = ids.iter().map(phase).collect();
-    assert!(phases.iter().all(|phase| *phase < protocol::STRIDE));
-    phases.sort_unstable();
-    // They are spread over the stride, and no two legs move alike.
-    assert!(phases.windows(2).all(|pair| pair[1] - pair[0] > protocol::STRIDE / 200), "{phases:?}");
-    assert!(phases[7] - phases[0] > protocol::STRIDE / 2, "{phases:?}");
-}
-
-#[test]
 fn poses_are_set_on_walkers_only_and_are_part_of_a_saved_state() {
     let mut world = plain();
     let walker = spawned(&mut world, "walker.pedestrian.0001", 0.0);
