@@ -324,6 +324,7 @@ impl GroupPixels {
 
 /// Writes every output but the colour.
 #[inline(always)]
+#[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
 fn write<F: Float>(
     shade: &Shade,
     directions: &V3<F>,

@@ -118,7 +118,7 @@ impl<F: Float> Shadow<F> {
 
     /// Returns the rays in the space of an instance.
     #[inline(always)]
-    pub(super) fn to_instance_space(&self, instance: &Instance) -> Self {
+    pub(super) fn to_instance_space(self, instance: &Instance) -> Self {
         let [x, y, z] = instance.actor_from_world;
         let turn = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).dot(self.direction);
         let row = |row: [f32; 4]| {
