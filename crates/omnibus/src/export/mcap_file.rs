@@ -283,7 +283,7 @@ mod tests {
     }
 
     fn data(index: u64) -> Vec<u8> {
-        (0..index * index * 60).map(|byte| (byte * index >> 3) as u8).collect()
+        (0..index * index * 60).map(|byte| ((byte * index) >> 3) as u8).collect()
     }
 
     #[test]
@@ -332,7 +332,7 @@ mod tests {
         assert!(summary.chunk_indexes.len() >= 2, "{}", summary.chunk_indexes.len());
         let mut times = Vec::new();
         for chunk in &summary.chunk_indexes {
-            for (_, messages) in summary.read_message_indexes(&bytes, chunk).unwrap() {
+            for messages in summary.read_message_indexes(&bytes, chunk).unwrap().into_values() {
                 for entry in messages {
                     let message = summary.seek_message(&bytes, chunk, &entry).unwrap();
                     assert_eq!(message.log_time, entry.log_time);
