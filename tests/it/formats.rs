@@ -67,6 +67,15 @@ fn lerobot_python() -> Result<PathBuf, String> {
     FOUND.get_or_init(|| environment("omnibus-it-lerobot", &packages, check)).clone()
 }
 
+/// About 630 MB when installed.
+fn open3d_python() -> Result<PathBuf, String> {
+    static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let packages = ["open3d-cpu>=0.19", "pillow"];
+    FOUND
+        .get_or_init(|| environment("omnibus-it-open3d", &packages, "import PIL, open3d"))
+        .clone()
+}
+
 /// The default sensors, and a radar.
 const SENSORS: &str = "
 [[sensor]]
@@ -123,7 +132,12 @@ fn exported(format: &str, out: &Path, more: &[&str]) {
 
 /// Exports the scenes and runs the program that checks the result.
 fn check(test: &str, format: &str, more: &[&str]) {
-    let python = match if format == "lerobot" { lerobot_python() } else { python() } {
+    let python = match format {
+        "lerobot" => lerobot_python(),
+        "ply" => open3d_python(),
+        _ => python(),
+    };
+    let python = match python {
         Ok(python) => python,
         Err(why) => return note_skipped(test, &format!("no Python environment: {why}")),
     };
@@ -161,6 +175,11 @@ fn nuscenes_own_reader_finds_pixels_and_points_in_every_box() {
 #[test]
 fn boxes_and_points_of_kitti_project_as_its_readme_says() {
     check("boxes_and_points_of_kitti_project_as_its_readme_says", "kitti", &[]);
+}
+
+#[test]
+fn open3d_reads_the_points_labels_and_poses_of_every_lidar() {
+    check("open3d_reads_the_points_labels_and_poses_of_every_lidar", "ply", &[]);
 }
 
 #[test]
@@ -261,7 +280,8 @@ fn an_exported_recording_has_the_places_and_events_of_the_recording() {
     assert!(ended.status.success(), "{}\n{said}", ended.status);
 }
 
-const FORMATS: [&str; 7] = ["coco", "kitti", "lerobot", "mcap", "nuscenes", "webdataset", "yolo"];
+const FORMATS: [&str; 8] =
+    ["coco", "kitti", "lerobot", "mcap", "nuscenes", "ply", "webdataset", "yolo"];
 
 /// The files below a folder, by their path in it.
 fn files(root: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
@@ -312,13 +332,15 @@ fn an_export_that_fails_names_the_file_and_leaves_nothing() {
     fs::write(&names[3], "{\"frame\":1").unwrap();
     let missing = broken.join("scene-b/front/color").join(names[4].file_name().unwrap());
     fs::remove_file(missing.with_extension("png")).unwrap();
+    let labels = broken.join("scene-b/lidar/labels").join(names[4].file_name().unwrap());
+    fs::remove_file(labels.with_extension("bin")).unwrap();
     for format in FORMATS {
         let out = folder.path().join(format!("out-{format}"));
         let output = export(&broken, format, &out, &[]);
         let said = String::from_utf8_lossy(&output.stderr).into_owned();
         assert_eq!(output.status.code(), Some(1), "{format}: {said}");
-        // The first fault in the order of the frames; WebDataset takes boxes as they are, LeRobot none.
-        let takes_boxes = !["webdataset", "lerobot"].contains(&format);
+        // The first fault in the order of the frames; WebDataset takes boxes as they are, others none.
+        let takes_boxes = !["webdataset", "lerobot", "ply"].contains(&format);
         let at_fault = if takes_boxes { &names[3] } else { &missing };
         let name = at_fault.file_name().unwrap().to_str().unwrap();
         let name = name.trim_end_matches(".json");

@@ -26,6 +26,7 @@ mod nuscenes_words;
 mod output;
 mod parallel;
 mod parquet;
+mod ply;
 mod recording;
 pub(crate) mod set;
 mod split;
@@ -93,6 +94,8 @@ pub(crate) enum Format {
     Mcap,
     /// Every camera and lidar in related tables
     Nuscenes,
+    /// A point cloud for each measurement of a lidar
+    Ply,
     /// Images with 2-D boxes
     Yolo,
     /// Tar shards of all files of a frame
@@ -146,6 +149,7 @@ pub(crate) fn export(args: &ExportArgs) -> anyhow::Result<String> {
         Format::Lerobot => lerobot::write(&set, root, &images, threads)?,
         Format::Mcap => mcap::write(&set, root, &images, threads)?,
         Format::Nuscenes => nuscenes::write(&set, root, &images, threads)?,
+        Format::Ply => ply::write(&set, root, threads)?,
         Format::Yolo => yolo::write(&set, root, &images, &split, threads)?,
         Format::Webdataset => webdataset::write(&set, root, &images, args.shard_samples, threads)?,
     }
