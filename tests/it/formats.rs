@@ -71,9 +71,7 @@ fn lerobot_python() -> Result<PathBuf, String> {
 fn open3d_python() -> Result<PathBuf, String> {
     static FOUND: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let packages = ["open3d-cpu>=0.19", "pillow"];
-    FOUND
-        .get_or_init(|| environment("omnibus-it-open3d", &packages, "import PIL, open3d"))
-        .clone()
+    FOUND.get_or_init(|| environment("omnibus-it-open3d", &packages, "import PIL, open3d")).clone()
 }
 
 /// The default sensors, and a radar.
