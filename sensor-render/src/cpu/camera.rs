@@ -185,8 +185,8 @@ fn surface_sample<F: Float>(
     shown: F::Mask,
 ) -> SurfaceSample<F> {
     let (t, none) = (hits.t[group], F::Word::splat(NONE));
-    let [triangle, instance] =
-        [hits.triangle, hits.instance].map(|words| words[group].or(shown, none));
+    let triangle = hits.triangle[group].or(shown, none);
+    let instance = hits.instance[group].or(shown, none);
     let mut sample = SurfaceSample::new(shade.scene, shade.world, t, triangle, instance);
     sample.face = sample.face.or(shown, F::Word::splat(0));
     sample
@@ -232,23 +232,13 @@ struct Block<F: Float> {
 #[inline(always)]
 fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
     let [x, y] = [x as f32 - camera.center[0], y as f32 - camera.center[1]];
-    let lane_x: [f32; LANES] = std::array::from_fn(|lane| (lane % 4) as f32);
-    let lane_y: [f32; LANES] = std::array::from_fn(|lane| (lane / 4) as f32);
-    let (lane_x, lane_y) = (F::from_array(lane_x), F::from_array(lane_y));
-    let at = |group: usize| {
-        let [dx, dy] = match rays {
-            Rays::Centers => [(group % 2 * 4) as f32, (group / 2 * 4) as f32],
-            Rays::Samples(samples) => [samples[group][0], samples[group][1]],
-        };
-        (lane_x + F::splat(x + dx), lane_y + F::splat(y + dy))
-    };
     let (forward, right, down) =
         (V3::splat(camera.forward), V3::splat(camera.right), V3::splat(camera.down));
     let mut directions = [forward; GROUPS];
     let mut shown = [F::Mask::from_bits(!0); GROUPS];
     if let Some(lens) = &camera.lens {
         for group in 0..GROUPS {
-            let (x, y) = at(group);
+            let (x, y) = places(rays, group, x, y);
             (directions[group], shown[group]) = lens::directions(camera, lens, x, y);
         }
         let is_dark = !shown.iter().any(|shown| shown.any());
@@ -261,7 +251,7 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
         return Block { packet, shown, is_narrow, is_dark };
     }
     for (group, direction) in directions.iter_mut().enumerate() {
-        let (x, y) = at(group);
+        let (x, y) = places(rays, group, x, y);
         *direction = down.mul_add(y, right.mul_add(x, forward));
     }
     // Slightly wider than the outermost rays, to allow for rounding.
@@ -284,6 +274,22 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
     };
     Block { packet, shown, is_narrow: true, is_dark: false }
 }
+
+/// Returns columns and rows of the rays of a group, in pixels, for a block with its first pixel at (x, y).
+#[inline(always)]
+fn places<F: Float>(rays: Rays, group: usize, x: f32, y: f32) -> (F, F) {
+    let [dx, dy] = match rays {
+        Rays::Centers => [(group % 2 * 4) as f32, (group / 2 * 4) as f32],
+        Rays::Samples(samples) => [samples[group][0], samples[group][1]],
+    };
+    (F::from_array(LANE_X) + F::splat(x + dx), F::from_array(LANE_Y) + F::splat(y + dy))
+}
+
+/// Column and row of each lane among 4 × 4 pixels.
+#[rustfmt::skip]
+const LANE_X: [f32; LANES] = [0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3., 0., 1., 2., 3.];
+#[rustfmt::skip]
+const LANE_Y: [f32; LANES] = [0., 0., 0., 0., 1., 1., 1., 1., 2., 2., 2., 2., 3., 3., 3., 3.];
 
 /// Position of 4 × 4 pixels in their tile.
 #[derive(Clone, Copy)]

@@ -65,6 +65,7 @@ pub(crate) fn flows<F: Float>(
     })
 }
 
+#[inline(always)]
 fn vectors<F: Float>(vectors: &V3<F>) -> [Vec3; LANES] {
     let (x, y, z) = (vectors.x.to_array(), vectors.y.to_array(), vectors.z.to_array());
     std::array::from_fn(|lane| Vec3::new(x[lane], y[lane], z[lane]))

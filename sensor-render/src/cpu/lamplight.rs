@@ -184,14 +184,15 @@ fn open_from<F: Float>(
     stack: &mut Stack,
 ) -> F::Mask {
     let away = points - V3::splat(lamp);
-    let [x, y, z] = [away.x, away.y, away.z].map(F::to_array);
+    let (x, y, z) = (away.x.to_array(), away.y.to_array(), away.z.to_array());
     let lane_of = |lane: usize| Vec3::new(x[lane], y[lane], z[lane]);
     let first = mask.bits().trailing_zeros() as usize % LANES;
     let axis = lane_of(first).normalize_or(Vec3::NEG_Z);
     // Rays that are not traced get the direction of one that is.
     let directions = away.or(mask, V3::splat(lane_of(first)));
     let (right, down) = axis.any_orthonormal_pair();
-    let [ahead, across, along] = [axis, right, down].map(|axis| directions.dot(V3::splat(axis)));
+    let ahead = directions.dot(V3::splat(axis));
+    let (across, along) = (directions.dot(V3::splat(right)), directions.dot(V3::splat(down)));
     let (across, along) = (across / ahead, along / ahead);
     let [left, rightmost] = [across.smallest() - 1e-4, across.largest() + 1e-4];
     let [top, bottom] = [along.smallest() - 1e-4, along.largest() + 1e-4];

@@ -26,21 +26,18 @@ pub(crate) fn directions<F: Float>(
 /// Fisheye: Newton's steps for the angle between ray and axis.
 #[inline(always)]
 fn fisheye<F: Float>(camera: &Camera, lens: &Lens, across: F, down: F) -> (V3<F>, F::Mask) {
-    let [k1, k2, k3, k4, _] = lens.coefficients.map(F::splat);
+    let [k1, k2, k3, k4, _] = lens.coefficients;
+    let k @ [k1, k2, k3, k4] = [F::splat(k1), F::splat(k2), F::splat(k3), F::splat(k4)];
     let (one, zero) = (F::splat(1.0), F::splat(0.0));
     let (x, y) = (across * F::splat(camera.pixel), down * F::splat(camera.pixel_down));
     let wanted = (x * x + y * y).sqrt();
     let shown = F::splat(lens.image_radius_max).ge(wanted);
     let most = F::splat(lens.radius_max);
-    let radial = |square: F| {
-        let inner = k4.mul_add(square, k3).mul_add(square, k2).mul_add(square, k1);
-        inner.mul_add(square, one)
-    };
     let slopes = [k1 * F::splat(3.0), k2 * F::splat(5.0), k3 * F::splat(7.0), k4 * F::splat(9.0)];
     let mut angle = wanted.min(most);
     for _ in 0..LENS_STEPS {
         let square = angle * angle;
-        let error = angle * radial(square) - wanted;
+        let error = angle * radial(k, square) - wanted;
         let slope = slopes[3].mul_add(square, slopes[2]).mul_add(square, slopes[1]);
         let slope = slope.mul_add(square, slopes[0]).mul_add(square, one);
         angle = (angle - error / slope.max(F::splat(1e-3))).max(zero).min(most);
@@ -49,16 +46,30 @@ fn fisheye<F: Float>(camera: &Camera, lens: &Lens, across: F, down: F) -> (V3<F>
     // functions too coarsely.
     let half = angle * F::splat(0.5);
     let square = half * half;
-    let series = |terms: [f32; 7]| {
-        let [last, rest @ ..] = terms;
-        rest.iter().fold(F::splat(last), |sum, term| sum.mul_add(square, F::splat(*term)))
-    };
-    let (sine, cosine) = (series(SINE), series(COSINE));
+    let (sine, cosine) = (series(SINE, square), series(COSINE, square));
     let forward = (half * sine) * (half * sine) * F::splat(-2.0) + one;
-    let scale = sine * cosine / radial(angle * angle);
+    let scale = sine * cosine / radial(k, angle * angle);
     let across = V3::splat(camera.right) * (across * scale);
     let across = V3::splat(camera.down).mul_add(down * scale, across);
     (V3::splat(camera.forward).mul_add(forward, across), shown)
+}
+
+/// Returns how much farther from the principal point than its angle a fisheye images a ray; `square` is
+/// the square of the angle.
+#[inline(always)]
+fn radial<F: Float>([k1, k2, k3, k4]: [F; 4], square: F) -> F {
+    let inner = k4.mul_add(square, k3).mul_add(square, k2).mul_add(square, k1);
+    inner.mul_add(square, F::splat(1.0))
+}
+
+/// Returns the sum of terms, the last one first, times powers of `square`.
+#[inline(always)]
+fn series<F: Float>([last, rest @ ..]: [f32; 7], square: F) -> F {
+    let mut sum = F::splat(last);
+    for term in rest {
+        sum = sum.mul_add(square, F::splat(term));
+    }
+    sum
 }
 
 /// Terms of the series of sin h / h and cos h in h², the last one first.
@@ -101,8 +112,10 @@ fn brown_conrady<F: Float>(camera: &Camera, lens: &Lens, across: F, down: F) -> 
 /// which is that of its row by the column, and of its row by the row.
 #[inline(always)]
 fn distort<F: Float>(lens: &Lens, x: F, y: F) -> (F, F, [F; 3]) {
-    let [k1, k2, p1, p2, k3] = lens.coefficients.map(F::splat);
-    let [two, three, six] = [2.0, 3.0, 6.0].map(F::splat);
+    let [k1, k2, p1, p2, k3] = lens.coefficients;
+    let (k1, k2, k3) = (F::splat(k1), F::splat(k2), F::splat(k3));
+    let (p1, p2) = (F::splat(p1), F::splat(p2));
+    let (two, three, six) = (F::splat(2.0), F::splat(3.0), F::splat(6.0));
     let (xx, yy, xy) = (x * x, y * y, x * y);
     let square = xx + yy;
     let radial = k3.mul_add(square, k2).mul_add(square, k1).mul_add(square, F::splat(1.0));
@@ -142,9 +155,9 @@ pub(crate) fn bounds<F: Float, const G: usize>(
         for (direction, shown) in directions.iter().zip(shown) {
             sum = sum + direction.or(*shown, V3::splat(Vec3::ZERO));
         }
-        let [x, y, z] =
-            [sum.x, sum.y, sum.z].map(|along| along.to_array().into_iter().sum::<f32>());
-        axis = Vec3::new(x, y, z).normalize_or(camera.forward);
+        let (x, y, z) = (sum.x.to_array(), sum.y.to_array(), sum.z.to_array());
+        axis =
+            Vec3::new(x.iter().sum(), y.iter().sum(), z.iter().sum()).normalize_or(camera.forward);
         let along = if axis.dot(right).abs() < 0.7 { right } else { camera.forward };
         let first = (along - axis * axis.dot(along)).normalize_or(right);
         sides = [first, axis.cross(first)];
@@ -163,8 +176,8 @@ pub(crate) fn bounds<F: Float, const G: usize>(
     }
     // Slightly wider than the outermost rays, to allow for rounding.
     let more = 0.02 * camera.pixel + 1e-6;
-    let [left, top] = low.map(|low| low.smallest() - more);
-    let [right, bottom] = high.map(|high| high.largest() + more);
+    let [left, top] = [low[0].smallest() - more, low[1].smallest() - more];
+    let [right, bottom] = [high[0].largest() + more, high[1].largest() + more];
     let corner = |x: f32, y: f32| axis + sides[0] * x + sides[1] * y;
     Bounds {
         corners: [

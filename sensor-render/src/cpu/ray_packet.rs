@@ -91,7 +91,8 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
     ) -> Hits<F, G> {
         let mut hits = Hits::none(t_max);
         for (group, direction) in self.directions.iter().enumerate() {
-            let [x, y, z] = [direction.x, direction.y, direction.z].map(F::to_array);
+            let V3 { x, y, z } = *direction;
+            let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
             let (mut t, mut triangle, mut instance) =
                 ([t_max; LANES], [NONE; LANES], [NONE; LANES]);
             for lane in 0..LANES {
@@ -111,11 +112,8 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
     /// Returns the rays in the space of an instance, with the same parameters.
     #[inline(always)]
     fn to_instance_space(&self, instance: &Instance) -> Self {
-        let [x, y, z] = instance.actor_from_world;
-        let turn = |v: Vec3| {
-            let along = |row: [f32; 4]| row[0] * v.x + row[1] * v.y + row[2] * v.z;
-            Vec3::new(along(x), along(y), along(z))
-        };
+        let rows = instance.actor_from_world;
+        let [x, y, z] = rows;
         let mut directions = self.directions;
         for direction in &mut directions {
             *direction = V3 {
@@ -125,13 +123,28 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
             };
         }
         RayPacket {
-            origin: turn(self.origin) + Vec3::new(x[3], y[3], z[3]),
-            corners: [0, 1, 2, 3].map(|corner| turn(self.corners[corner])),
+            origin: turned(rows, self.origin) + Vec3::new(x[3], y[3], z[3]),
+            corners: [
+                turned(rows, self.corners[0]),
+                turned(rows, self.corners[1]),
+                turned(rows, self.corners[2]),
+                turned(rows, self.corners[3]),
+            ],
             // Along the axis, distances in a larger piece are as many times shorter as the directions.
-            axis: turn(self.axis) * instance.size_squared,
+            axis: turned(rows, self.axis) * instance.size_squared,
             directions,
         }
     }
+}
+
+/// Returns a direction in the space of an instance.
+#[inline(always)]
+fn turned([x, y, z]: [[f32; 4]; 3], v: Vec3) -> Vec3 {
+    Vec3::new(
+        x[0] * v.x + x[1] * v.y + x[2] * v.z,
+        y[0] * v.x + y[1] * v.y + y[2] * v.z,
+        z[0] * v.x + z[1] * v.y + z[2] * v.z,
+    )
 }
 
 /// Broadcasts a row of a rotation to all lanes.

@@ -283,8 +283,10 @@ impl Shade<'_> {
         stack: &mut Stack,
     ) -> V3<F> {
         let Shade { scene, world, light, .. } = *self;
-        let lanes = |v: V3<F>| [v.x, v.y, v.z].map(F::to_array);
-        let ([x, y, z], [dx, dy, dz]) = (lanes(origins), lanes(directions));
+        let V3 { x, y, z } = origins;
+        let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
+        let (dx, dy) = (directions.x.to_array(), directions.y.to_array());
+        let dz = directions.z.to_array();
         let mut hits = [Hit::none(f32::INFINITY); LANES];
         let mut left = active.bits();
         while left != 0 {
@@ -364,13 +366,12 @@ fn rippled<F: Float>(light: &Light, at: V3<F>, normal: V3<F>, r: V3<F>, pixel: F
     }
     let strength = pixel.mul_add(F::splat(-RIPPLES_PER_M), F::splat(1.5)).clamp01();
     let strength = strength * F::splat(0.16 * rain);
-    let wave = |seed: u32| {
-        let [x, y] =
-            [at.x, at.y].map(|along| along * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0));
-        (noise(x, y, F::Word::splat(seed)) - F::splat(0.5)) * strength
-    };
+    let x = at.x * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0);
+    let y = at.y * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0);
+    let to_x = (noise(x, y, F::Word::splat(17)) - F::splat(0.5)) * strength;
+    let to_y = (noise(x, y, F::Word::splat(18)) - F::splat(0.5)) * strength;
     let level = F::splat(0.995).lt(normal.z);
-    let turned = V3 { x: r.x + wave(17), y: r.y + wave(18), z: r.z };
+    let turned = V3 { x: r.x + to_x, y: r.y + to_y, z: r.z };
     let turned = turned * (F::splat(1.0) / turned.dot(turned).sqrt());
     turned.or(level, r)
 }

@@ -95,7 +95,8 @@ impl<F: Float> Shadow<F> {
 
     #[inline(always)]
     fn origin(&self, lane: usize) -> Vec3 {
-        let [x, y, z] = [self.origins.x, self.origins.y, self.origins.z].map(F::to_array);
+        let V3 { x, y, z } = self.origins;
+        let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
         Vec3::new(x[lane], y[lane], z[lane])
     }
 
@@ -120,16 +121,11 @@ impl<F: Float> Shadow<F> {
     #[inline(always)]
     pub(super) fn to_instance_space(self, instance: &Instance) -> Self {
         let [x, y, z] = instance.actor_from_world;
-        let turn = |row: [f32; 4]| Vec3::new(row[0], row[1], row[2]).dot(self.direction);
-        let row = |row: [f32; 4]| {
-            let sum = self.origins.x.mul_add(F::splat(row[0]), F::splat(row[3]));
-            let sum = self.origins.y.mul_add(F::splat(row[1]), sum);
-            self.origins.z.mul_add(F::splat(row[2]), sum)
-        };
+        let Shadow { direction, origins, active } = self;
         Shadow {
-            direction: Vec3::new(turn(x), turn(y), turn(z)),
-            origins: V3 { x: row(x), y: row(y), z: row(z) },
-            active: self.active,
+            direction: Vec3::new(turned(x, direction), turned(y, direction), turned(z, direction)),
+            origins: V3 { x: moved(x, origins), y: moved(y, origins), z: moved(z, origins) },
+            active,
         }
     }
 
@@ -153,6 +149,20 @@ impl<F: Float> Shadow<F> {
         let least = u.min(v).min(F::splat(1.0) - u - v);
         (least.min(t).ge(F::splat(0.0)), t)
     }
+}
+
+/// Returns a coordinate of a direction in the space of an instance.
+#[inline(always)]
+fn turned(row: [f32; 4], direction: Vec3) -> f32 {
+    Vec3::new(row[0], row[1], row[2]).dot(direction)
+}
+
+/// Returns a coordinate of points in the space of an instance.
+#[inline(always)]
+fn moved<F: Float>(row: [f32; 4], points: V3<F>) -> F {
+    let sum = points.x.mul_add(F::splat(row[0]), F::splat(row[3]));
+    let sum = points.y.mul_add(F::splat(row[1]), sum);
+    points.z.mul_add(F::splat(row[2]), sum)
 }
 
 /// Returns the limit of a traversal, which goes on while any ray is unblocked.

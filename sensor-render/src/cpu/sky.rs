@@ -35,7 +35,7 @@ pub(crate) fn sky<F: Float, const DETAILED: bool>(light: &Light, view: V3<F>) ->
         let (x, y) = (view.x.mul_add(scale, drift), view.y * scale);
         let sum = cloud(x, y);
         // A cloud that gets thinner towards the sun shows its bright side.
-        let [to_x, to_y] = [light.sun.x, light.sun.y].map(|to| F::splat(to * 0.2));
+        let (to_x, to_y) = (F::splat(light.sun.x * 0.2), F::splat(light.sun.y * 0.2));
         let slope = if DETAILED { sum - cloud(x + to_x, y + to_y) } else { F::splat(0.0) };
         let lit = slope.mul_add(F::splat(1.8), F::splat(0.75)).max(F::splat(0.3));
         let begin = 0.76 - 0.76 * cover;

@@ -108,7 +108,8 @@ fn interpolated<F: Float>(triangle: &SmoothTriangle, at: V3<F>) -> V3<F> {
     let from_corner = at - V3::splat(triangle.corner);
     let u = from_corner.dot(V3::splat(triangle.for_u)).clamp01();
     let v = from_corner.dot(V3::splat(triangle.for_v)).clamp01();
-    let [a, b, c] = triangle.normals.map(V3::splat);
+    let [a, b, c] = triangle.normals;
+    let (a, b, c) = (V3::splat(a), V3::splat(b), V3::splat(c));
     let sum = c.mul_add(v, b.mul_add(u, a * (F::splat(1.0) - u - v)));
     sum * (F::splat(1.0) / sum.dot(sum).max(F::splat(1e-12)).sqrt())
 }

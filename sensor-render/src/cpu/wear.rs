@@ -42,6 +42,12 @@ fn line<F: Float>(apart: F, width: f32, pixel: F) -> F {
     cover(F::splat(width * 0.5) - apart, pixel) * (F::splat(width) / pixel).clamp01()
 }
 
+/// Returns another number from 0 to 1 of a hash.
+#[inline(always)]
+fn part<F: Float>(word: F::Word, times: u32) -> F {
+    share(word * F::Word::splat(times))
+}
+
 #[inline(always)]
 fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
     let (x, y) = (surfaces.along, surfaces.up);
@@ -53,8 +59,9 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     if near.any() {
         // Cracks are the middle level of warped noise, where the road is old.
         let age = smooth(F::splat(0.5), F::splat(0.62), noise_of(x, y, 0.07, 26));
-        let shift = |seed| (noise_of(x, y, 1.7, seed) - half) * F::splat(0.9);
-        let crack = noise_of(x + shift(23), y + shift(24), 0.45, 25) - half;
+        let to_x = (noise_of(x, y, 1.7, 23) - half) * F::splat(0.9);
+        let to_y = (noise_of(x, y, 1.7, 24) - half) * F::splat(0.9);
+        let crack = noise_of(x + to_x, y + to_y, 0.45, 25) - half;
         // Where the noise passes its middle it changes by about 0.6 per metre.
         let crack = line(crack.abs() * F::splat(1.0 / 0.6), 0.02, pixel) * age;
         wave = wave * crack.or(near, F::splat(0.0)).mul_add(F::splat(-0.5), one);
@@ -66,17 +73,16 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     let (u, v) = (x * F::splat(1.0 / cell[0]), y * F::splat(1.0 / cell[1]));
     let (column, row) = (u.floor(), v.floor());
     let word = hash::<F>(column.to_int(), row.to_int(), F::Word::splat(29));
-    let part = |times: u32| share::<F>(word * F::Word::splat(times));
-    let kind = part(0x9e37_79b1);
+    let kind = part::<F>(word, 0x9e37_79b1);
     let patched = mask & kind.lt(F::splat(0.2));
     let covered = mask & F::splat(0.9).lt(kind);
     if !(patched | covered).any() {
         return;
     }
-    let (across, along) = (part(0x85eb_ca6b), part(0xc2b2_ae35));
+    let (across, along) = (part::<F>(word, 0x85eb_ca6b), part::<F>(word, 0xc2b2_ae35));
     let right = (u - column - across.mul_add(F::splat(0.3), F::splat(0.35))) * F::splat(cell[0]);
     let ahead = (v - row - along.mul_add(F::splat(0.3), F::splat(0.35))) * F::splat(cell[1]);
-    let size = part(0x27d4_eb2f);
+    let size = part::<F>(word, 0x27d4_eb2f);
     let half_x = size.mul_add(F::splat(1.3), F::splat(0.5));
     let half_y = across.mul_add(F::splat(0.6), F::splat(0.35));
     let inside = (half_x - right.abs()).min(half_y - ahead.abs());

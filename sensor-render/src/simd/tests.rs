@@ -8,6 +8,7 @@ const B: [f32; LANES] =
     [1.0, -1.0, 4.0, 2.5, 0.5, 10.0, 1e-3, 3.0, -2.0, 2.0, 7.0, -8.0, 0.25, 0.5, -0.5, 3.0];
 
 /// Compares every operation with plain arithmetic; returns the name of the vector type.
+#[inline(always)]
 fn check<F: Float>() -> &'static str {
     let (a, b) = (F::from_array(A), F::from_array(B));
     let lanes =
@@ -98,4 +99,40 @@ fn vector_types_and_the_detection_token_are_private_to_isa() {
     for text in [include_str!("isa/avx2.rs"), include_str!("isa/avx512.rs")] {
         assert!(!text.contains("pub(crate)") && !text.contains("pub struct"));
     }
+}
+
+/// A function without `#[inline(always)]` on the way from [`Isa::run`], or a closure with a vector in it, is
+/// compiled without the instruction set: it calls a function for each vector instruction. A quarter of
+/// the time of a camera was once spent so.
+#[test]
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(debug_assertions)))]
+fn every_vector_instruction_is_inlined() {
+    let program = std::fs::read("/proc/self/exe").unwrap();
+    let names = symbol_names(&program);
+    let has = |name: &str| names.windows(name.len()).any(|part| part == name.as_bytes());
+    assert!(has("omnibus_sensor_render"), "the program has no symbols");
+    let called = |name: &[u8]| {
+        let name = String::from_utf8_lossy(name).into_owned();
+        (name.contains("core_arch") && name.contains("_mm")).then_some(name)
+    };
+    let called: Vec<_> = names.split(|byte| *byte == 0).filter_map(called).collect();
+    assert!(called.is_empty(), "functions of their own: {called:#?}");
+}
+
+/// Returns the names of the symbols of a 64-bit ELF file, separated by zeros; no bytes if it has none.
+#[cfg(all(target_os = "linux", target_arch = "x86_64", not(debug_assertions)))]
+fn symbol_names(elf: &[u8]) -> &[u8] {
+    let number = |at: usize, len: usize| {
+        let bytes = &elf[at..at + len];
+        bytes.iter().rev().fold(0, |sum, byte| sum << 8 | usize::from(*byte))
+    };
+    // Fields of the header and of the section headers: System V ABI, chapter 4.
+    const SYMTAB: usize = 2;
+    let (headers, size, count) = (number(0x28, 8), number(0x3a, 2), number(0x3c, 2));
+    let header = |section: usize| headers + section * size;
+    let symbols = (0..count).find(|section| number(header(*section) + 4, 4) == SYMTAB);
+    let Some(symbols) = symbols else { return &[] };
+    let names = header(number(header(symbols) + 40, 4));
+    let (offset, len) = (number(names + 24, 8), number(names + 32, 8));
+    &elf[offset..offset + len]
 }
