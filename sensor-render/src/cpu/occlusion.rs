@@ -6,7 +6,7 @@
 
 use super::beam::Slab;
 use super::shadow::Shadow;
-use super::traversal::{Stack, Visitor, walk};
+use super::traversal::{Stack, Visitor, walk_in_any_order};
 use crate::hit::Hit;
 use crate::light::OCCLUSION_REACH_M;
 use crate::scene::Scene;
@@ -47,17 +47,11 @@ impl<F: Float> Shadow<F> {
         let mut nearest = F::splat(OCCLUSION_REACH_M);
         let slab = self.slab(scene.reach);
         let mut town = TriangleVisitor { scene, rays: self, nearest: &mut nearest };
-        walk::<F::Float8, _, _>(
-            &scene.wide,
-            scene.town_blas.wide_root,
-            &slab,
-            0.0,
-            stack,
-            &mut town,
-        );
+        let root = scene.town_blas.wide_root;
+        walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &slab, stack, &mut town);
         if let Some(root) = world.wide_root {
             let mut actors = InstanceVisitor { scene, world, rays: self, nearest: &mut nearest };
-            walk::<F::Float8, _, _>(&world.wide, root, &slab, 0.0, stack, &mut actors);
+            walk_in_any_order::<F::Float8, _, _>(&world.wide, root, &slab, stack, &mut actors);
         }
         nearest
     }
@@ -106,7 +100,8 @@ impl<F: Float> Visitor for InstanceVisitor<'_, F> {
             let slab = rays.slab(self.scene.reach);
             let mut triangles =
                 TriangleVisitor { scene: self.scene, rays: &rays, nearest: self.nearest };
-            walk::<F::Float8, _, _>(&self.scene.wide, root, &slab, 0.0, stack, &mut triangles);
+            let nodes = &self.scene.wide;
+            walk_in_any_order::<F::Float8, _, _>(nodes, root, &slab, stack, &mut triangles);
         }
         0.0
     }

@@ -1,6 +1,7 @@
 //! Shading: colours of surfaces and sky. Twin of shade.wgsl.
 
 use glam::Vec3;
+use mesh::Material;
 
 use super::grain::{noise, smooth};
 use super::lamplight::LitSurface;
@@ -147,7 +148,10 @@ impl Shade<'_> {
         let normal = (-sample.normal).or(away, sample.normal);
         let origins = normal.mul_add(F::splat(LIFT), at);
         let sky_share = match of_sky {
-            Some(of_sky) => self.sky_share(of_sky, origins, normal, t, sample.hit, stack),
+            Some(of_sky) => {
+                let shaded = sample.hit & !is_foliage::<F>(sample.face);
+                self.sky_share(of_sky, origins, normal, t, shaded, stack)
+            }
             None => F::splat(1.0),
         };
         color = color + radiance.sky * sky_share;
@@ -168,8 +172,8 @@ impl Shade<'_> {
         color
     }
 
-    /// Returns the share of the light from a direction of the sky that reaches the points; 1 where they face
-    /// another direction or are far from the camera.
+    /// Returns the share of the light from a direction of the sky that reaches the active points; 1 where they
+    /// face another direction or are far from the camera.
     #[inline(always)]
     fn sky_share<F: Float>(
         &self,
@@ -354,6 +358,14 @@ impl Shade<'_> {
             surfaces.roughness = surfaces.roughness.lerp(F::splat(0.01), pool);
         }
     }
+}
+
+/// Returns which faces are leaves or needles: their colours already have the darkness of their crown.
+#[inline(always)]
+fn is_foliage<F: Float>(face: F::Word) -> F::Mask {
+    let material = face.shr::<8>() & F::Word::splat(0xff);
+    material.eq(F::Word::splat(Material::Leaves as u32))
+        | material.eq(F::Word::splat(Material::Needles as u32))
 }
 
 /// Returns reflected directions that the rings of rain drops on level water turn, where a pixel, `pixel`

@@ -46,6 +46,30 @@ pub(crate) fn walk<E: Float8, P: Probe, V: Visitor>(
     nodes: &[WideNode],
     root: Link,
     probe: &P,
+    limit: f32,
+    stack: &mut Stack,
+    visitor: &mut V,
+) {
+    walk_in_order::<E, P, V, true>(nodes, root, probe, limit, stack, visitor);
+}
+
+/// As [`walk`] with the limit 0, but in any order, which spares the sorting of nodes.
+#[inline(always)]
+pub(crate) fn walk_in_any_order<E: Float8, P: Probe, V: Visitor>(
+    nodes: &[WideNode],
+    root: Link,
+    probe: &P,
+    stack: &mut Stack,
+    visitor: &mut V,
+) {
+    walk_in_order::<E, P, V, false>(nodes, root, probe, 0.0, stack, visitor);
+}
+
+#[inline(always)]
+fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
+    nodes: &[WideNode],
+    root: Link,
+    probe: &P,
     mut limit: f32,
     stack: &mut Stack,
     visitor: &mut V,
@@ -69,9 +93,10 @@ pub(crate) fn walk<E: Float8, P: Probe, V: Visitor>(
                 while touched != 0 {
                     let slot = touched.trailing_zeros() as usize & 7;
                     touched &= touched - 1;
-                    let entry = Entry { near: near[slot], link: node.children[slot] };
+                    let near = if NEAR_FIRST { near[slot] } else { 0.0 };
+                    let entry = Entry { near, link: node.children[slot] };
                     let mut at = stack.height;
-                    while at > first && stack.entries[at - 1].near < entry.near {
+                    while NEAR_FIRST && at > first && stack.entries[at - 1].near < entry.near {
                         stack.entries[at] = stack.entries[at - 1];
                         at -= 1;
                     }

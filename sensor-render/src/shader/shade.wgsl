@@ -55,7 +55,11 @@ fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f, of_sky:
     let origin = ray.origin + ray.direction * hit.t + normal * LIFT;
     var open_sky = 1.0;
     if (SMOOTH) {
-        open_sky = sky_share(of_sky, origin, normal, hit.t);
+        // Colours of leaves already have the darkness of their crown.
+        let material = material_of(hit);
+        if (material != LEAVES && material != NEEDLES) {
+            open_sky = sky_share(of_sky, origin, normal, hit.t);
+        }
     }
     var color = radiance.base + radiance.sky * open_sky;
     var open = dot(normal, frame.sun.xyz) > 0.0;
