@@ -17,7 +17,6 @@ mod kitti;
 mod lerobot;
 pub(crate) mod map_scene;
 mod mcap;
-mod mcap_chunk;
 mod mcap_file;
 mod nuscenes;
 mod nuscenes_map;

@@ -42,7 +42,7 @@ pub(crate) fn write(
             open = Some((scene, create(root, &set.scenes()[scene])?));
         }
         let Some((_, file)) = &mut open else { return Ok(()) };
-        messages.into_iter().try_for_each(|message| file.put(message))
+        messages.iter().try_for_each(|message| file.put(message))
     })?;
     open.map_or(Ok(()), |(_, file)| file.finish())
 }
@@ -50,13 +50,13 @@ pub(crate) fn write(
 /// Creates the file of a scene, with its attachments and its map.
 fn create(root: &Path, scene: &Scene) -> anyhow::Result<McapFile> {
     // Images are compressed already; `mcap compress` makes the rest smaller.
-    let mut file = McapFile::create(&root.join(format!("{}.mcap", scene.name)), false)?;
+    let mut file = McapFile::create(&root.join(format!("{}.mcap", scene.name)), None)?;
     let metadata = serde_json::to_vec_pretty(&scene.metadata)?;
     let map = fs::read(scene.map()).with_context(|| scene.map().display().to_string())?;
-    file.attach("metadata.json", "application/json", &metadata)?;
-    file.attach("map.xodr", "application/xml", &map)?;
+    file.attach("metadata.json", "application/json", metadata)?;
+    file.attach("map.xodr", "application/xml", map)?;
     let time_nanos = scene.frame(0)?.line.sim_time_nanos;
-    file.put(Stamped::map(&scene.lane_map()?, time_nanos))?;
+    file.put(&Stamped::map(&scene.lane_map()?, time_nanos))?;
     Ok(file)
 }
 
@@ -66,7 +66,7 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
     let time = timestamp(now);
     let mut all = Vec::new();
     let mut put = |topic: Cow<'static, str>, schema, message: Message| {
-        all.push(Stamped::new(topic, schema, now, message.0));
+        all.push(Stamped { topic, schema, time_nanos: now, data: message.0 });
     };
     let metadata = &frame.scene.metadata;
     let ego = affine(&frame.line.ego.world_from_vehicle);
@@ -102,7 +102,7 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
     let update = scene(&time, boxes.iter().map(|actor| entity(&time, actor)));
     put("/boxes".into(), "foxglove.SceneUpdate", update);
     let data = serde_json::to_vec(&frame.line.weather)?;
-    all.push(Stamped::new("/weather".into(), WEATHER, now, data));
+    all.push(Stamped { topic: "/weather".into(), schema: WEATHER, time_nanos: now, data });
     for reading in &frame.line.ego_sensors {
         let time_nanos = reading.sim_time_nanos;
         let gnss = &reading.gnss;
@@ -112,9 +112,11 @@ fn messages(frame: &Frame, images: &Images) -> anyhow::Result<Vec<Stamped>> {
             .double(1, gnss.latitude_deg)
             .double(2, gnss.longitude_deg)
             .double(3, gnss.altitude_m);
-        all.push(Stamped::new("/gnss".into(), "foxglove.LocationFix", time_nanos, fix.0));
+        let topic = Cow::Borrowed("/gnss");
+        all.push(Stamped { topic, schema: "foxglove.LocationFix", time_nanos, data: fix.0 });
         let data = serde_json::to_vec(reading)?;
-        all.push(Stamped::new("/ego/sensors".into(), READINGS, time_nanos, data));
+        let topic = Cow::Borrowed("/ego/sensors");
+        all.push(Stamped { topic, schema: READINGS, time_nanos, data });
     }
     Ok(all)
 }

@@ -5,6 +5,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
+use ::mcap::Compression;
 use anyhow::{Context, bail, ensure};
 use bake::Cache;
 use carla_gateway::carla_log;
@@ -73,7 +74,7 @@ impl Export {
             (id.clone(), found)
         };
         let mut export = Export {
-            file: McapFile::create(path, true)?,
+            file: McapFile::create(path, Some(Compression::Zstd))?,
             blueprints: info.blueprints.iter().map(blueprint).collect(),
             roles: info.roles.iter().cloned().collect(),
             there: BTreeMap::new(),
@@ -84,13 +85,13 @@ impl Export {
             "omnibus_version": info.omnibus_version, "is_complete": info.is_complete });
         let network = Cache::from_environment().network(&map, &xodr)?;
         let lanes = LaneMap::new(&network, &[], &[]);
-        export.file.attach("recording.json", "application/json", about.to_string().as_bytes())?;
-        export.file.attach("map.xodr", "application/xml", xodr.as_bytes())?;
+        export.file.attach("recording.json", "application/json", about.to_string().into())?;
+        export.file.attach("map.xodr", "application/xml", xodr.into())?;
         let mut frames = 0;
         for segment in 0..recording.segments() {
             for frame in recording.recorded_frames(segment)? {
                 if frames == 0 {
-                    export.file.put(Stamped::map(&lanes, frame.stamp.sim_time_nanos))?;
+                    export.file.put(&Stamped::map(&lanes, frame.stamp.sim_time_nanos))?;
                 }
                 export.put(frame)?;
                 frames += 1;
@@ -137,7 +138,7 @@ impl Export {
             ("/events", "foxglove.Log", log.text(3, text).text(4, "omnibus"))
         }));
         messages.into_iter().try_for_each(|(topic, schema, message)| {
-            self.file.put(Stamped::new(topic.into(), schema, time_nanos, message.0))
+            self.file.put(&Stamped { topic: topic.into(), schema, time_nanos, data: message.0 })
         })
     }
 
