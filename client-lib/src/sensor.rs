@@ -5,8 +5,8 @@ use std::time::Duration;
 use protocol::{Name, Pose, SensorSpec};
 
 use crate::{
-    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, Lens, LidarOptions, ObstacleOptions,
-    OdometryOptions, SensorKind, V2xAwarenessOptions, V2xRadioOptions,
+    CameraEffects, CameraOptions, CameraOutputs, GnssOptions, ImuOptions, Lens, LidarOptions,
+    ObstacleOptions, OdometryOptions, SensorKind, V2xAwarenessOptions, V2xRadioOptions,
 };
 
 /// One sensor of a bundle: its name, its pose, when it measures, and its kind with the parameters
@@ -142,6 +142,19 @@ impl Sensor {
     pub fn lens(mut self, lens: Lens) -> Sensor {
         match &mut self.kind {
             SensorKind::Camera(camera) => camera.lens = lens,
+            other => panic!("sensor {:?} is not a camera: {other:?}", self.name),
+        }
+        self
+    }
+
+    /// Sets the effects of a camera on its colour image.
+    ///
+    /// # Panics
+    ///
+    /// If the sensor is not a camera.
+    pub fn effects(mut self, effects: CameraEffects) -> Sensor {
+        match &mut self.kind {
+            SensorKind::Camera(camera) => camera.effects = effects,
             other => panic!("sensor {:?} is not a camera: {other:?}", self.name),
         }
         self

@@ -45,6 +45,7 @@ impl SensorKind {
                 height: camera.height,
                 fov_rad: camera.fov_rad,
                 quality: camera.quality as u32,
+                effects: camera.effects.wire(),
                 lens: camera.intrinsics.map_or(camera.lens.wire(), |given| LensSpec {
                     focal_px: [given.fx, given.fy],
                     center_px: [given.cx, given.cy],

@@ -5,7 +5,7 @@ use std::{f32::consts::TAU, time::Duration};
 use glam::Vec3;
 use protocol::{GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, geodesy, point_attribute, quality};
 
-use crate::{CameraOutputs, Intrinsics, Lens, LidarOutputs, options::options};
+use crate::{CameraEffects, CameraOutputs, Intrinsics, Lens, LidarOutputs, options::options};
 
 options! {
     /// Parameters of a camera.
@@ -26,6 +26,8 @@ options! {
         outputs: CameraOutputs,
         /// Rays per pixel of the colour image.
         quality: Quality,
+        /// Effects on the colour image.
+        effects: CameraEffects,
     }
 }
 
@@ -41,6 +43,7 @@ impl CameraOptions {
             intrinsics: None,
             outputs: CameraOutputs::COLOR,
             quality: Quality::Default,
+            effects: CameraEffects::NONE,
         }
     }
 

@@ -57,6 +57,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         fov_rad,
         ..with(output::COLOR, 800, 600)
     };
+    let effects =
+        |name: &str| SensorSpec { effects: sample::effects(name), ..with(output::COLOR, 800, 600) };
     for (name, sensors, copies) in [
         ("800x600 colour", vec![with(output::COLOR, 800, 600)], 1),
         ("400x300 depth", vec![with(output::DEPTH, 400, 300)], 1),
@@ -67,6 +69,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         ("800x600 colour Brown-Conrady", vec![through("brown-conrady", FRAC_PI_2)], 1),
         ("800x600 colour fisheye", vec![through("fisheye", 3.3)], 1),
         ("800x600 colour fisheye 90°", vec![through("fisheye", FRAC_PI_2)], 1),
+        ("800x600 colour effects", vec![effects("camera")], 1),
+        ("800x600 colour focus", vec![effects("focus")], 1),
         ("64x84x84 colour", vec![with(output::COLOR, 84, 84)], 64),
         ("64x84x84 all", vec![with(every, 84, 84)], 64),
         ("lidar 32x1800", vec![sample::lidar("roof", 1800, 32)], 1),

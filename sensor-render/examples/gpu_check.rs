@@ -18,7 +18,7 @@ use std::time::Instant;
 use glam::{Quat, vec3};
 use omnibus_sensor_render::{BundleJob, CpuTracer, Device, GpuTracer};
 use omnibus_sensor_render::{Scene, Tracer, World, pose_planes};
-use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output};
+use protocol::{Frame, Plane, Pose, SensorSpec, Stamp, Weather, layout, output, quality};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -105,6 +105,12 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<PosedSensors>)> {
         specs.into_iter().map(|spec| SensorSpec { outputs: output::COLOR, ..spec }).collect()
     };
     let here = town.street_pose(0);
+    let standard = |effects: &str, width: u32, height: u32| SensorSpec {
+        outputs: output::COLOR,
+        quality: quality::STANDARD,
+        effects: sample::effects(effects),
+        ..sample::camera("front", width, height)
+    };
     vec![
         ("1024x84x84 colour", agents(Quat::IDENTITY)),
         // Almost no ray hits anything, so this measures everything but the hits.
@@ -112,6 +118,11 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<PosedSensors>)> {
         ("6x1600x900 colour", vec![(color(sample::ring(1600, 900)), here)]),
         ("6x1600x900 all", vec![(sample::ring(1600, 900), here)]),
         ("1x800x600 colour", vec![(color(vec![sample::camera("front", 800, 600)]), here)]),
+        ("1x800x600 standard", vec![(vec![standard("none", 800, 600)], here)]),
+        ("1x800x600 effects", vec![(vec![standard("camera", 800, 600)], here)]),
+        ("1x800x600 focus", vec![(vec![standard("focus", 800, 600)], here)]),
+        ("1x1920x1080 standard", vec![(vec![standard("none", 1920, 1080)], here)]),
+        ("1x1920x1080 effects", vec![(vec![standard("camera", 1920, 1080)], here)]),
         ("1x800x600 all", vec![(vec![sample::camera("front", 800, 600)], here)]),
         ("lidar 128x2048", vec![(vec![sample::lidar("roof", 2048, 128)], here)]),
     ]

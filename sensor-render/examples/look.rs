@@ -1,14 +1,16 @@
 //! Renders street poses of a town into PNG pictures:
 //! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]
-//! [pinhole|brown-conrady|fisheye]`.
+//! [pinhole|brown-conrady|fisheye] [EFFECTS,…]`, with the names of effects in sample/mod.rs. The camera has driven
+//! 1 m and turned since the frame before.
 
 mod sample;
 
 use std::error::Error;
 use std::path::Path;
 
+use glam::{Quat, Vec3};
 use omnibus_sensor_render::{BundleJob, Scene, Tracer, World, pose_planes};
-use protocol::{Frame, SensorSpec, Stamp, Weather, layout, output};
+use protocol::{ActorId, ActorState, Frame, Pose, SensorSpec, Stamp, Weather, layout, output};
 
 fn main() -> Result<(), Box<dyn Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
@@ -31,26 +33,42 @@ fn main() -> Result<(), Box<dyn Error>> {
         world.set_quality(quality);
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let weather = weather(weather_name);
-        world.place(&scene, stamp, 50_000_000, &weather, &actors, sample::paint);
         for pose in argument(3, "0,1,2,3").split(',') {
-            let camera = SensorSpec { lens, fov_rad, ..sample::camera("front", width, height) };
-            let sensors = [SensorSpec { outputs: output::COLOR, ..camera }];
-            let (mut planes, byte_len) = layout(&sensors);
-            pose_planes(&mut planes, &sensors, &town.street_pose(pose.parse()?));
-            let mut words = vec![[0u64; 8]; byte_len as usize / 64];
-            let out = bytemuck::cast_slice_mut(&mut words);
-            let mut jobs = [BundleJob {
-                parent: protocol::ActorId::NONE,
-                sensors: &sensors,
-                planes: &planes,
-                out,
-            }];
-            tracer.measure(&scene, &world, &mut jobs)?;
-            let bytes: &[u8] = bytemuck::cast_slice(&words);
-            let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];
-            let path = Path::new(&folder).join(format!("{weather_name}-{pose}.png"));
-            write(&path, width, height, pixels)?;
-            println!("{}", path.display());
+            let pose: usize = pose.parse()?;
+            let stand = town.street_pose(pose);
+            let back = Pose::new(Vec3::new(-1.0, 0.0, 0.0), Quat::from_rotation_z(0.03));
+            let [now, before] = [stand, stand.then(&back)].map(|pose| {
+                let id = ActorId(1_000_000);
+                let carrier =
+                    ActorState { actor_id: id, blueprint: u32::MAX, pose, ..Default::default() };
+                [&actors[..], &[carrier]].concat()
+            });
+            for effects_name in argument(8, "none").split(',') {
+                let effects = sample::effects(effects_name);
+                let camera =
+                    SensorSpec { lens, fov_rad, effects, ..sample::camera("front", width, height) };
+                let sensors = [SensorSpec { outputs: output::COLOR, ..camera }];
+                world.place(&scene, stamp, 50_000_000, &weather, &now, sample::paint);
+                world.track_motion(&scene, &before, &now);
+                world.place_slices(&scene, &before, &now, &sensors, sample::paint);
+                let (mut planes, byte_len) = layout(&sensors);
+                pose_planes(&mut planes, &sensors, &stand);
+                let mut words = vec![[0u64; 8]; byte_len as usize / 64];
+                let out = bytemuck::cast_slice_mut(&mut words);
+                let mut jobs = [BundleJob {
+                    parent: ActorId(1_000_000),
+                    sensors: &sensors,
+                    planes: &planes,
+                    out,
+                }];
+                tracer.measure(&scene, &world, &mut jobs)?;
+                let bytes: &[u8] = bytemuck::cast_slice(&words);
+                let pixels = &bytes[planes[0].offset as usize..][..planes[0].byte_len as usize];
+                let path =
+                    Path::new(&folder).join(format!("{weather_name}-{pose}-{effects_name}.png"));
+                write(&path, width, height, pixels)?;
+                println!("{}", path.display());
+            }
         }
     }
     Ok(())

@@ -4,8 +4,8 @@ use std::collections::BTreeMap;
 
 use bus::Writer;
 use protocol::{
-    ActorId, ActorState, BundleHeader, BundleId, BundleReceipt, CreateBundle, Page, Plane, Pose,
-    SensorSpec, SnapshotHeader, output,
+    ActorId, ActorState, BundleHeader, BundleId, BundleReceipt, CreateBundle, EffectsSpec, Page,
+    Plane, Pose, SensorSpec, SnapshotHeader, output,
 };
 
 /// Writing end of the channel of one bundle.
@@ -87,10 +87,14 @@ impl Bundles {
         self.spare_writers.remove(&id);
     }
 
-    /// Returns whether any sensor measures optical flow.
-    pub(crate) fn measures_flow(&self) -> bool {
-        let flows = |spec: &SensorSpec| spec.outputs & output::FLOW != 0;
-        self.bundles.values().any(|bundle| bundle.sensors.iter().any(flows))
+    /// Returns whether any sensor depends on the motion since the previous frame: by optical flow, a rolling
+    /// shutter or motion blur.
+    pub(crate) fn needs_motion(&self) -> bool {
+        let needs = |spec: &SensorSpec| {
+            let EffectsSpec { readout_secs, blur_secs, .. } = spec.effects;
+            spec.outputs & output::FLOW != 0 || readout_secs > 0.0 || blur_secs > 0.0
+        };
+        self.bundles.values().any(|bundle| bundle.sensors.iter().any(needs))
     }
 
     pub(crate) fn sensors(&self, id: BundleId) -> &[SensorSpec] {

@@ -1,9 +1,10 @@
 //! GPU tracer: compute shaders over Vulkan.
 //!
-//! One submission measures a batch of sensors: one dispatch for the pixels of all cameras, one for
-//! debug shapes, one for the beams of all lidars, and one that packs tags into bytes. The device
-//! writes into its own memory; its copy engine then copies the bytes into the subscriber's memory
-//! if that can be imported, else into a staging buffer from which the CPU copies them.
+//! One submission measures a batch of sensors: one dispatch for the pixels of all cameras, three
+//! that develop the films of those with effects, one for debug shapes, one for the beams of all
+//! lidars, and one that packs tags into bytes. The device writes into its own memory; its copy
+//! engine then copies the bytes into the subscriber's memory if that can be imported, else into a
+//! staging buffer from which the CPU copies them.
 
 mod batch;
 mod bounds;
@@ -16,10 +17,14 @@ mod resources;
 #[cfg(test)]
 pub(crate) mod tests;
 mod timer;
+mod top_levels;
 
 use std::collections::{BTreeMap, VecDeque};
 
-use wgpu::{Buffer, CommandEncoderDescriptor, ComputePassDescriptor, PollType, SubmissionIndex};
+use wgpu::{
+    Buffer, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor, ComputePipeline,
+    PollType, SubmissionIndex,
+};
 
 use crate::outputs::needs_cpu;
 use crate::{cpu::CpuTracer, error::TraceError, job::BundleJob, scene::Scene, world::World};
@@ -50,6 +55,17 @@ pub struct GpuTracer {
     /// number of threads.
     cpu_fallback: Option<CpuTracer>,
     threads: usize,
+}
+
+/// Runs a kernel, if there is one, in rows of workgroups.
+fn run_kernel(pass: &mut ComputePass, kernel: Option<&ComputePipeline>, groups: u32) {
+    if groups > 0
+        && let Some(kernel) = kernel
+    {
+        pass.set_pipeline(kernel);
+        let rows = groups.div_ceil(GROUPS_ACROSS);
+        pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), rows, 1);
+    }
 }
 
 /// Reborrows a job.
@@ -177,7 +193,9 @@ impl GpuTracer {
         let bytes_max = limits.max_storage_buffer_binding_size.min(BATCH_BYTES_MAX) & !255;
         let batches = batches(world, jobs, bytes_max)?;
         self.resources.upload_scene(&self.gpu, scene)?;
-        bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
+        for world in std::iter::once(world).chain(world.all_slices()) {
+            bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
+        }
         for batch in &batches {
             bounds::check_batch(batch, world.overlay.texts.len())
                 .map_err(|why| self.gpu.error(why))?;
@@ -219,11 +237,11 @@ impl GpuTracer {
             pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
-            let kinds = [(false, false), (true, false), (false, true), (true, true)];
-            let traced = kinds.map(|(is_smooth, has_lens)| {
-                let is_used = batch.has_cameras(is_smooth, has_lens);
+            let traced = [0, 1, 2, 3, 4, 5, 6, 7].map(|kind| {
+                let [is_smooth, has_lens, has_effects] = [1, 2, 4].map(|bit| kind & bit != 0);
+                let is_used = batch.has_cameras(is_smooth, has_lens, has_effects);
                 let groups = if is_used { batch.groups[0] } else { 0 };
-                let kind = CameraKernel { is_smooth, has_lens, has_lamps };
+                let kind = CameraKernel { is_smooth, has_lens, has_effects, has_lamps };
                 let kernel =
                     (groups > 0).then(|| self.kernels.trace_cameras(&self.gpu.device, kind));
                 (kernel, groups)
@@ -235,14 +253,20 @@ impl GpuTracer {
                 (Some(trace_lidars), lidars),
                 (Some(pack_tags), packing),
             ];
-            for (kernel, groups) in traced.into_iter().chain(others) {
-                if groups > 0
-                    && let Some(kernel) = kernel
-                {
-                    pass.set_pipeline(kernel);
-                    let rows = groups.div_ceil(GROUPS_ACROSS);
-                    pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), rows, 1);
-                }
+            for (kernel, groups) in traced {
+                run_kernel(&mut pass, kernel, groups);
+            }
+            if let Some(cells) = batch.cells_max() {
+                let [gather, expose, develop] = self.kernels.develop(&self.gpu.device);
+                let count = batch.cameras.len() as u32;
+                pass.set_pipeline(gather);
+                pass.dispatch_workgroups(cells.div_ceil(64), count, 1);
+                pass.set_pipeline(expose);
+                pass.dispatch_workgroups(1, count, 1);
+                run_kernel(&mut pass, Some(develop), cameras);
+            }
+            for (kernel, groups) in others {
+                run_kernel(&mut pass, kernel, groups);
             }
         }
         let out = self.resources.out().clone();

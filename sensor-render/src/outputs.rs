@@ -1,4 +1,4 @@
-use protocol::{Plane, SensorSpec, element_bytes, output, sensor};
+use protocol::{ActorId, Plane, Pose, SensorSpec, element_bytes, output, sensor};
 
 use crate::{
     error::TraceError,
@@ -35,6 +35,8 @@ pub(crate) struct Tile<'a> {
 #[derive(Debug, Default)]
 pub(crate) struct OutputSlices<'a> {
     pub(crate) color: &'a mut [[u8; 4]],
+    /// In place of the colour of a camera with effects: radiance, and depth of the nearest surface.
+    pub(crate) film: &'a mut [[f32; 4]],
     pub(crate) depth: &'a mut [f32],
     pub(crate) tag: &'a mut [u8],
     pub(crate) instance: &'a mut [u32],
@@ -72,17 +74,25 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
-            if let (Sensor::Camera(camera), Some(moved)) =
-                (&mut sensor, world.motion_of(job.parent))
-            {
-                camera.before = Some(camera.moved(moved));
-            }
-            work.sensors.push(sensor);
+            work.sensors.push(rays_of(world, job.parent, spec, pose)?);
             slices.cut(spec, work.sensors.len() - 1, &mut work.tiles);
         }
     }
     Ok(work)
+}
+
+/// Returns the ray generator of a sensor of a bundle on `parent`, with the motion of the parent.
+pub(crate) fn rays_of(
+    world: &World,
+    parent: ActorId,
+    spec: &SensorSpec,
+    pose: &Pose,
+) -> Result<Sensor, TraceError> {
+    let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
+    if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion_of(parent)) {
+        camera.before = Some(camera.moved(moved));
+    }
+    Ok(sensor)
 }
 
 /// Returns whether the shaders lack one of these outputs, so that the CPU tracer must measure the
@@ -192,20 +202,21 @@ impl<'a> OutputSlices<'a> {
 
     fn take(&mut self, elements: usize) -> OutputSlices<'a> {
         OutputSlices {
-            color: first(&mut self.color, elements),
-            depth: first(&mut self.depth, elements),
-            tag: first(&mut self.tag, elements),
-            instance: first(&mut self.instance, elements),
-            normal: first(&mut self.normal, elements),
-            flow: first(&mut self.flow, elements),
-            points: first(&mut self.points, elements),
-            labels: first(&mut self.labels, elements),
+            color: split_first(&mut self.color, elements),
+            film: split_first(&mut self.film, elements),
+            depth: split_first(&mut self.depth, elements),
+            tag: split_first(&mut self.tag, elements),
+            instance: split_first(&mut self.instance, elements),
+            normal: split_first(&mut self.normal, elements),
+            flow: split_first(&mut self.flow, elements),
+            points: split_first(&mut self.points, elements),
+            labels: split_first(&mut self.labels, elements),
         }
     }
 }
 
 /// Splits off the first `count` elements, or none of an empty slice.
-fn first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
+pub(crate) fn split_first<'a, T>(slice: &mut &'a mut [T], count: usize) -> &'a mut [T] {
     let (first, rest) = std::mem::take(slice).split_at_mut_checked(count).unwrap_or_default();
     *slice = rest;
     first

@@ -1,8 +1,11 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{Affine3A, DVec3, Mat3, Vec3};
-use protocol::{Plane, Pose, Projection, SensorSpec, Stamp, lens_model, point_attribute, sensor};
+use protocol::{
+    EffectsSpec, Plane, Pose, Projection, SensorSpec, Stamp, lens_model, point_attribute, sensor,
+};
 
+use crate::time_slices::{RAYS_MAX, shares};
 use crate::{error::TraceError, lens::Lens, quality::Quality};
 
 /// Sets each plane's `world_from_sensor` for the given pose of the bundle's parent.
@@ -16,6 +19,7 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
 
 /// Ray generator of a sensor.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "one for each sensor of a frame")]
 pub(crate) enum Sensor {
     Camera(Camera),
     Lidar(Lidar),
@@ -43,6 +47,10 @@ pub(crate) struct Camera {
     pub(crate) lens: Option<Lens>,
     /// Rays per pixel of the colour image.
     pub(crate) quality: Quality,
+    /// Effects on the colour image.
+    pub(crate) effects: EffectsSpec,
+    /// Seed of the noise of this frame.
+    pub(crate) seed: u32,
     /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
 }
@@ -56,8 +64,38 @@ pub(crate) struct View {
     pub(crate) down: Vec3,
 }
 
+/// Shutter: the view of each ray lies between that of this frame and that of the previous one. Axes are
+/// interpolated linearly, which shortens them by the square of the angle between the frames / 8.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shutter {
+    /// Share of the way to the previous view in row 0, and what each further row adds.
+    pub(crate) first: f32,
+    pub(crate) step: f32,
+    /// What each ray of a pixel adds.
+    pub(crate) blur: [f32; RAYS_MAX],
+    /// Difference of the previous view from this one.
+    pub(crate) to_before: View,
+}
+
+/// Thin lens: each ray of a pixel begins at a point of a disc, and all meet at the distance in focus (R. Cook,
+/// T. Porter and L. Carpenter, *Distributed Ray Tracing*, SIGGRAPH 1984). The points are the same for all
+/// pixels, so that there is no noise: P. Haeberli and K. Akeley, *The Accumulation Buffer*, SIGGRAPH 1990.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ThinLens {
+    /// Radii of the disc, in world space.
+    pub(crate) right: Vec3,
+    pub(crate) down: Vec3,
+    /// 1 / distance in focus.
+    pub(crate) per_focus: f32,
+}
+
 impl Camera {
-    fn new(spec: &SensorSpec, pose: &Pose, quality: Quality) -> Result<Camera, TraceError> {
+    fn new(
+        spec: &SensorSpec,
+        pose: &Pose,
+        stamp: Stamp,
+        quality: Quality,
+    ) -> Result<Camera, TraceError> {
         let projection =
             Projection::of(spec).map_err(|why| TraceError::Lens { sensor: spec.name, why })?;
         let [pixel, pixel_down] = projection.focal_px().map(|focal| (1.0 / focal) as f32);
@@ -74,6 +112,8 @@ impl Camera {
             pixel_down,
             lens: (projection.model() != lens_model::PINHOLE).then(|| Lens::new(projection)),
             quality: quality.or_own(spec.quality),
+            effects: spec.effects,
+            seed: noise_seed(spec.seed, stamp.sim_time_nanos),
             before: None,
         })
     }
@@ -109,6 +149,36 @@ impl Camera {
         let across = to.dot(view.right) / (self.pixel * self.pixel * depth) + self.center[0];
         let down = to.dot(view.down) / (self.pixel_down * self.pixel_down * depth) + self.center[1];
         Some(([across, down], depth))
+    }
+
+    /// Returns the shutter; `None` if all rays see the same pose.
+    ///
+    /// `delta_nanos` is the time since the previous frame.
+    pub(crate) fn shutter(&self, delta_nanos: u64) -> Option<Shutter> {
+        let before = self.before.as_ref()?;
+        let EffectsSpec { readout_secs, blur_secs, .. } = self.effects;
+        let readout = readout_secs * 1e9 / delta_nanos.max(1) as f32;
+        (readout_secs > 0.0 || blur_secs > 0.0).then(|| Shutter {
+            first: readout * (1.0 - 0.5 / self.height as f32),
+            step: -readout / self.height as f32,
+            blur: shares(&self.effects, self.quality.samples().len(), delta_nanos),
+            to_before: View {
+                origin: before.origin - self.origin,
+                forward: before.forward - self.forward,
+                right: before.right - self.right,
+                down: before.down - self.down,
+            },
+        })
+    }
+
+    /// Returns the thin lens; `None` if everything is sharp.
+    pub(crate) fn thin_lens(&self) -> Option<ThinLens> {
+        let EffectsSpec { aperture_m, focus_m, .. } = self.effects;
+        (aperture_m > 0.0 && focus_m > 0.0).then(|| ThinLens {
+            right: self.right * (0.5 * aperture_m / self.pixel),
+            down: self.down * (0.5 * aperture_m / self.pixel_down),
+            per_focus: 1.0 / focus_m,
+        })
     }
 
     /// Returns the view of this frame.
@@ -253,7 +323,7 @@ pub(crate) fn rays(
         return Err(TraceError::InvalidPose { sensor: spec.name });
     }
     match spec.kind {
-        sensor::CAMERA => Camera::new(spec, pose, quality).map(Sensor::Camera),
+        sensor::CAMERA => Camera::new(spec, pose, stamp, quality).map(Sensor::Camera),
         sensor::LIDAR => Ok(Sensor::Lidar(Lidar::new(spec, pose, stamp, delta_nanos))),
         kind => Err(TraceError::UnknownKind { sensor: spec.name, kind }),
     }

@@ -125,7 +125,7 @@ struct Renderer {
     bundles: Bundles,
     /// [`protocol::DebugShapes::revision`] of the shapes that the tracer draws.
     drawn_revision: u64,
-    /// Actors of the previous frame; kept while a sensor measures optical flow.
+    /// Actors of the previous frame; kept while a sensor depends on their motion.
     before: Vec<ActorState>,
     /// Last frame that was measured.
     done: Frame,
@@ -194,7 +194,7 @@ impl Renderer {
         self.standing.shapes.begin_frame(header.stamp);
         if self.standing.settings.no_rendering == 0 {
             self.measure_bundles(snapshot, begin_nanos)?;
-            if self.bundles.measures_flow() {
+            if self.bundles.needs_motion() {
                 remember_actors(&mut self.before, &mut self.world, snapshot);
             }
         }
@@ -225,13 +225,13 @@ impl Renderer {
             header.delta_nanos,
             &self.standing.weather,
             snapshot.actors(),
-            |actor| {
-                let [r, g, b, _] = actor.color.to_le_bytes();
-                [r, g, b]
-            },
+            paint,
         );
-        if self.bundles.measures_flow() {
+        if self.bundles.needs_motion() {
             self.world.track_motion(&self.scene, &self.before, snapshot.actors());
+            let sensors = due.iter().flat_map(|bundle| self.bundles.sensors(bundle.id));
+            let actors = snapshot.actors();
+            self.world.place_slices(&self.scene, &self.before, actors, sensors, paint);
         }
         let shapes = &self.standing.shapes;
         if self.drawn_revision != shapes.revision() {
@@ -395,7 +395,13 @@ impl Renderer {
     }
 }
 
-/// Keeps what the next frame needs to know of this one, to measure optical flow.
+/// Returns the colour of an actor: red, green and blue.
+fn paint(actor: &ActorState) -> [u8; 3] {
+    let [red, green, blue, _] = actor.color.to_le_bytes();
+    [red, green, blue]
+}
+
+/// Keeps what the next frame needs to know of this one, to know its motion.
 fn remember_actors(before: &mut Vec<ActorState>, world: &mut World, snapshot: &Snapshot) {
     before.clear();
     before.extend_from_slice(snapshot.actors());

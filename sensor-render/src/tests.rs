@@ -10,6 +10,7 @@ use protocol::{
 };
 
 mod baked;
+mod effects;
 mod lamps;
 pub(crate) mod lens;
 mod motion;
@@ -20,6 +21,7 @@ mod pieces;
 mod plants;
 mod quality;
 mod reflections;
+mod shutter;
 mod street_lights;
 
 use crate::{BlueprintMesh, BundleJob, CpuTracer, Scene, TraceError, Tracer, World, pose_planes};

@@ -3,7 +3,8 @@ use std::sync::Arc;
 use bytemuck::Zeroable;
 use glam::Affine3A;
 use protocol::{
-    ActorId, ActorState, GivenPoses, Stamp, StreetLights, WalkerLimbs, Weather, kind, lamp,
+    ActorId, ActorState, GivenPoses, SensorSpec, Stamp, StreetLights, WalkerLimbs, Weather, kind,
+    lamp, sensor,
 };
 
 use crate::{
@@ -15,8 +16,10 @@ use crate::{
     parked::ParkedHierarchy,
     pieces::pieces,
     quality::Quality,
+    rays::Camera,
     sah_build::over_boxes,
     scene::Scene,
+    time_slices::{actors_at, shares},
     wide::{WideNode, widen},
 };
 
@@ -50,6 +53,10 @@ pub struct World {
     pub(crate) street_lights: Arc<Vec<StreetLight>>,
     /// Quality of cameras that ask for none.
     pub(crate) quality: Quality,
+    /// The same world at other times, for cameras with motion blur.
+    slices: Vec<TimeSlices>,
+    /// Those of the frame before, whose parked vehicles are used again.
+    spare_slices: Vec<TimeSlices>,
     /// [`Scene::serial`] of the scene of the last frame, and its parked vehicles.
     parked: Option<(u64, ParkedHierarchy)>,
     /// Whether no shadow rays are traced.
@@ -116,6 +123,7 @@ impl World {
         self.delta_nanos = delta_nanos;
         self.weather = *weather;
         self.motions = Motions::default();
+        self.spare_slices.append(&mut self.slices);
         let (mut instances, mut boxes) = (Vec::new(), Vec::new());
         let blink = BlinkPhase::at(stamp.sim_time_nanos);
         for actor in actors {
@@ -188,11 +196,77 @@ impl World {
         self.motions = Motions::between(scene, joints, before, actors, &self.instances);
     }
 
+    /// Places the actors at the times of the rays of those of `sensors` that are cameras with motion blur.
+    /// Call it after [`World::place`], with the same actors and those of the previous frame.
+    pub fn place_slices<'a>(
+        &mut self,
+        scene: &Scene,
+        before: &[ActorState],
+        actors: &[ActorState],
+        sensors: impl IntoIterator<Item = &'a SensorSpec>,
+        paint: impl Fn(&ActorState) -> [u8; 3],
+    ) {
+        let mut spare = std::mem::take(&mut self.spare_slices);
+        for spec in sensors.into_iter().filter(|spec| spec.kind == sensor::CAMERA) {
+            let rays = self.quality.or_own(spec.quality).samples().len();
+            let blur_secs = spec.effects.blur_secs;
+            let is_same =
+                |slices: &TimeSlices| slices.blur_secs == blur_secs && slices.worlds.len() == rays;
+            if blur_secs <= 0.0 || rays == 1 || self.slices.iter().any(is_same) {
+                continue;
+            }
+            let mut slices = match spare.iter().position(is_same) {
+                Some(at) => spare.swap_remove(at),
+                None => TimeSlices { blur_secs, worlds: (0..rays).map(|_| World::new()).collect() },
+            };
+            let shares = shares(&spec.effects, rays, self.delta_nanos);
+            for (world, share) in slices.worlds.iter_mut().zip(shares) {
+                world.street_lights = Arc::clone(&self.street_lights);
+                world.poses.clone_from(&self.poses);
+                world.limbs.clone_from(&self.limbs);
+                (world.quality, world.is_shadowless) = (self.quality, self.is_shadowless);
+                let actors = actors_at(share, before, actors);
+                let (stamp, delta_nanos, weather) = (self.stamp, self.delta_nanos, self.weather);
+                world.place(scene, stamp, delta_nanos, &weather, &actors, &paint);
+            }
+            self.slices.push(slices);
+        }
+    }
+
+    /// Returns the worlds at the times of the rays of a camera; `None` without motion blur.
+    pub(crate) fn slices_of(&self, camera: &Camera) -> Option<&[World]> {
+        let (blur_secs, rays) = (camera.effects.blur_secs, camera.quality.samples().len());
+        let is_of =
+            |slices: &&TimeSlices| slices.blur_secs == blur_secs && slices.worlds.len() == rays;
+        self.slices.iter().find(is_of).map(|slices| &slices.worlds[..])
+    }
+
+    /// Returns all worlds at other times.
+    pub(crate) fn all_slices(&self) -> impl Iterator<Item = &World> {
+        self.slices.iter().flat_map(|slices| &slices.worlds)
+    }
+
+    /// Returns the numbers of nodes and instances that belong to the parked vehicles and plants, which are
+    /// the first ones in every world of a scene.
+    pub(crate) fn parked_counts(&self) -> [usize; 2] {
+        match &self.parked {
+            Some((_, parked)) => [parked.nodes.len(), parked.instances.len()],
+            None => [0; 2],
+        }
+    }
+
     /// Returns `before_from_now` of an actor in world space; `None` if it has not moved or motion
     /// was not computed.
     pub(crate) fn motion_of(&self, carrier: ActorId) -> Option<&Affine3A> {
         self.motions.of_actor(carrier)
     }
+}
+
+/// Worlds at the times of the rays of a pixel, for cameras of one exposure time and number of rays.
+#[derive(Debug)]
+struct TimeSlices {
+    blur_secs: f32,
+    worlds: Vec<World>,
 }
 
 /// State of blinking lamps at one time.

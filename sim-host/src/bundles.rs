@@ -196,7 +196,14 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), Refusal> {
                 spec.quality
             )));
         }
-        return Projection::check(spec).map_err(Refusal::out_of_range);
+        Projection::check(spec).map_err(Refusal::out_of_range)?;
+        if spec.effects.readout_secs > 0.0 && spec.outputs & output::FLOW != 0 {
+            return Err(Refusal::unsupported(
+                "readout_secs is above 0, but optical flow of a rolling shutter is not supported; \
+                 measure it with another camera",
+            ));
+        }
+        return spec.effects.check().map_err(Refusal::out_of_range);
     }
     in_range("fov_rad", spec.fov_rad, 0.01, 6.283_186)?;
     in_range("upper_rad", spec.upper_rad, -1.6, 1.6)?;

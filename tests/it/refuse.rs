@@ -143,9 +143,22 @@ fn a_refused_command_is_named_and_the_world_goes_on() {
     refused(RefusalCode::OutOfRange, Command::SetSettings(settings), &["delta_nanos is 0"]);
     let good = camera("c", Pose::IDENTITY, 64, 48, 1.5, output::COLOR);
     let range = RefusalCode::OutOfRange;
+    let none = protocol::EffectsSpec::default();
+    let glaring = protocol::EffectsSpec { bloom: 3.0, ..none };
+    let slow = protocol::EffectsSpec { readout_secs: 0.01, ..none };
     for (spec, code, words) in [
         (protocol::SensorSpec { width: 0, ..good }, range, &["\"c\"", "width is 0"]),
         (protocol::SensorSpec { fov_rad: 9.0, ..good }, range, &["\"c\"", "fov_rad is 9"]),
+        (
+            protocol::SensorSpec { effects: glaring, ..good },
+            range,
+            &["\"c\"", "bloom is 3, not 0 to 1"],
+        ),
+        (
+            protocol::SensorSpec { effects: slow, outputs: output::FLOW, ..good },
+            RefusalCode::Unsupported,
+            &["\"c\"", "readout_secs is above 0, but optical flow"],
+        ),
         (
             lidar("l", Pose::IDENTITY, 8, 90, [0.5, -0.5], 50.0),
             range,

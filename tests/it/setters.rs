@@ -7,9 +7,10 @@ use client_lib::{
 };
 use glam::{Quat, Vec3};
 use protocol::{
-    AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, Command, Curve, Gear,
-    HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight, SetVehicleLights,
-    SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam, VehicleControl, Weather,
+    AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, Command, Curve,
+    EffectsSpec, Gear, HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight,
+    SetVehicleLights, SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam,
+    VehicleControl, Weather,
 };
 
 use crate::kit::Sim;
@@ -273,6 +274,7 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
         away.position_m[0] = bad;
         for (what, spec) in [
             ("fov_rad", SensorSpec { fov_rad: bad, ..eye }),
+            ("bloom", SensorSpec { effects: EffectsSpec { bloom: bad, ..eye.effects }, ..eye }),
             ("turned", SensorSpec { parent_from_sensor: turned, ..eye }),
             ("away", SensorSpec { parent_from_sensor: away, ..eye }),
             ("range_m", SensorSpec { range_m: bad, ..scan }),

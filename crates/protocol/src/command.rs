@@ -42,10 +42,10 @@ pub struct RawCommand {
     /// Reserved; 0.
     reserved: u32,
     /// The command's own struct, padded with zeros.
-    body: [u64; 25],
+    body: [[u64; 15]; 3],
 }
 
-const _: () = assert!(size_of::<RawCommand>() == 208);
+const _: () = assert!(size_of::<RawCommand>() == 368);
 
 macro_rules! commands {
     ($(
@@ -65,6 +65,7 @@ macro_rules! commands {
         $(
             $(#[$group_doc])*
             #[derive(Clone, Copy, Debug, PartialEq)]
+            #[allow(clippy::large_enum_variant, reason = "one of many commands, on the stack only")]
             pub enum $enum { $($(#[$doc])* $name($body),)* }
 
             impl From<$enum> for Command {
@@ -88,7 +89,7 @@ macro_rules! commands {
                 let mut raw = RawCommand::default();
                 match command {
                     $($(Command::$name(body) => {
-                        const { assert!(size_of::<$body>() <= 200) };
+                        const { assert!(size_of::<$body>() <= 360) };
                         raw.kind = $kind;
                         bytemuck::bytes_of_mut(&mut raw.body)[..size_of::<$body>()]
                             .copy_from_slice(bytemuck::bytes_of(&body));

@@ -14,6 +14,7 @@ mod check;
 mod command;
 mod debug_shapes;
 mod drawing;
+mod effects;
 mod episode;
 mod given_poses;
 mod hidden_objects;
@@ -64,6 +65,7 @@ pub use command::{
 };
 pub use debug_shapes::DebugShapes;
 pub use drawing::{EraseShapes, SHAPE_TEXT_BYTES, SHAPES_MAX, Shape, ShapeReceipt, shape};
+pub use effects::{EffectsSpec, exposure};
 pub use episode::{BlueprintInfo, Episode, LoadMap, load};
 pub use given_poses::{GivenPose, GivenPoses};
 pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};

@@ -5,8 +5,9 @@ use std::mem::offset_of;
 use bytemuck::{Pod, Zeroable};
 
 use crate::{
-    ActorId, BundleId, CamSpec, CollisionSpec, GnssSpec, ImuSpec, LaneInvasionSpec, LensSpec,
-    MessageSpec, Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp, physics_sensor,
+    ActorId, BundleId, CamSpec, CollisionSpec, EffectsSpec, GnssSpec, ImuSpec, LaneInvasionSpec,
+    LensSpec, MessageSpec, Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp,
+    physics_sensor,
     sensor_code::{output, sensor},
 };
 
@@ -56,9 +57,11 @@ pub struct SensorSpec {
     pub lens: LensSpec,
     /// Reserved; 0.
     pub reserved: u32,
+    /// Cameras: effects on the colour image.
+    pub effects: EffectsSpec,
 }
 
-const _: () = assert!(size_of::<SensorSpec>() == 200);
+const _: () = assert!(size_of::<SensorSpec>() == 312);
 const _: () = assert!(offset_of!(SensorSpec, width) == PHYSICS_OFFSET);
 
 /// Offset from which a physics sensor stores its own parameters: that of `width`.

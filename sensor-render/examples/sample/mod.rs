@@ -12,7 +12,8 @@ use std::path::Path;
 
 use glam::{DVec3, Quat, Vec3, vec3};
 use protocol::{
-    ActorId, ActorState, LensSpec, Name, Pose, SensorSpec, kind, lens_model, light, output, sensor,
+    ActorId, ActorState, EffectsSpec, LensSpec, Name, Pose, SensorSpec, exposure, kind, lens_model,
+    light, output, sensor,
 };
 use road::{LanePoint, Network};
 use town::{Detail, Kind};
@@ -181,6 +182,42 @@ pub fn camera(name: &str, width: u32, height: u32) -> SensorSpec {
         height,
         fov_rad: FRAC_PI_2,
         ..Default::default()
+    }
+}
+
+/// Returns effects by name; of an unknown name none.
+pub fn effects(name: &str) -> EffectsSpec {
+    let none = EffectsSpec::default();
+    let automatic = EffectsSpec { exposure: exposure::AUTOMATIC, ..none };
+    match name {
+        "automatic" => automatic,
+        "manual" => EffectsSpec {
+            exposure: exposure::MANUAL,
+            iso: 100.0,
+            shutter_secs: 0.008,
+            f_number: 16.0,
+            ..none
+        },
+        "bloom" => EffectsSpec { bloom: 0.1, ..none },
+        "vignette" => EffectsSpec { vignette: 1.0, ..none },
+        "noise" => EffectsSpec { white_electrons: 1000.0, read_electrons: 10.0, ..none },
+        "fringe" => EffectsSpec { chromatic_aberration: 0.006, ..none },
+        "filmic" => {
+            EffectsSpec { slope: 0.88, toe: 0.55, shoulder: 0.26, white_clip: 0.04, ..none }
+        }
+        "cold" => EffectsSpec { temperature_k: 4000.0, ..none },
+        "rolling" => EffectsSpec { readout_secs: 0.03, ..none },
+        "blur" => EffectsSpec { blur_secs: 0.015, ..none },
+        "focus" => EffectsSpec { aperture_m: 0.05, focus_m: 8.0, ..none },
+        "camera" => EffectsSpec {
+            bloom: 0.06,
+            vignette: 0.6,
+            white_electrons: 8000.0,
+            read_electrons: 6.0,
+            chromatic_aberration: 0.001,
+            ..automatic
+        },
+        _ => none,
     }
 }
 

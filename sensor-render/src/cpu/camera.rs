@@ -14,6 +14,7 @@ use crate::quality::{Quality, Sample};
 use crate::rays::Camera;
 use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
 use crate::surface_sample::SurfaceSample;
+use crate::world::World;
 
 /// Groups of 4 × 4 rays in a packet.
 const GROUPS: usize = 4;
@@ -42,7 +43,7 @@ impl Kernel for CameraRows<'_, '_> {
 #[inline(always)]
 fn rows<F: Float>(shade: &Shade, tile: &mut Tile) {
     let slices = &tile.slices;
-    let has_color = !slices.color.is_empty();
+    let has_color = !slices.color.is_empty() || !slices.film.is_empty();
     let is_smooth = has_color && shade.camera.quality > Quality::Low;
     let [depth, tag, instance, normal, flow] = [
         slices.depth.is_empty(),
@@ -70,8 +71,8 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
         if has_color { OverlayRaster::new(&shade.world.overlay, camera) } else { None };
     let sample = Quality::Low.samples()[0];
     for x in (0..camera.width).step_by(8) {
-        let block = packet::<F>(camera, Rays::Centers, x, tile.first);
-        let hits = closest(shade, &block, camera.pixel, &mut stack);
+        let block = packet::<F>(shade, Rays::Centers, x, tile.first);
+        let hits = closest(shade, [shade.world; GROUPS], &block, camera.pixel, &mut stack);
         let raster = raster.as_mut();
         let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
         for group in 0..GROUPS {
@@ -85,13 +86,14 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
             let direction = block.packet.directions[group];
             write(shade, &direction, &hits, group, &surface, shown, at, tile);
             if has_color {
+                let origin = block.origin(group);
                 let radiance = shade.radiance::<F, GROUPS, false>(
-                    direction, &hits, group, &surface, shown, &mut stack,
+                    origin, direction, &hits, group, &surface, shown, &mut stack,
                 );
-                let color =
-                    shade.with_shadows(radiance, direction, &surface, sample, None, &mut stack);
-                let color = tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
-                put_color(encode(color), hits.t[group], raster, at, tile);
+                let color = shade
+                    .with_shadows(radiance, origin, direction, &surface, sample, None, &mut stack);
+                let color = shown_light(shade, color, tile).or(shown, V3::splat(Vec3::ZERO));
+                put_color(color, hits.t[group], raster, at, tile);
             }
         }
     }
@@ -102,6 +104,7 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
 fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
     let camera = shade.camera;
     let samples = camera.quality.samples();
+    let slices = shade.world.slices_of(camera);
     let mut stack = Stack::new();
     let mut raster = OverlayRaster::new(&shade.world.overlay, camera);
     for (below, x) in (0..tile.count)
@@ -112,18 +115,26 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
         let mut sum = V3::splat(Vec3::ZERO);
         let mut nearest = F::splat(f32::INFINITY);
         let sky = camera.quality.sky_directions();
-        for (samples, sky) in samples.chunks_exact(GROUPS).zip(sky.chunks_exact(GROUPS)) {
-            let block = packet::<F>(camera, Rays::Samples(samples), x, tile.first + below);
-            let hits = closest(shade, &block, camera.pixel * 0.5, &mut stack);
+        let chunks = samples.chunks_exact(GROUPS).zip(sky.chunks_exact(GROUPS));
+        for (number, (samples, sky)) in (0..).step_by(GROUPS).zip(chunks) {
+            let block = packet::<F>(shade, Rays::Samples(samples, number), x, tile.first + below);
+            let worlds = match slices {
+                Some(slices) => std::array::from_fn(|group| &slices[number + group]),
+                None => [shade.world; GROUPS],
+            };
+            let hits = closest(shade, worlds, &block, camera.pixel * 0.5, &mut stack);
             let mut earlier = [Radiance::black(); GROUPS];
             for group in 0..GROUPS {
                 let shown = block.shown[group];
+                let shade = &Shade { world: worlds[group], ..*shade };
                 let surface = surface_sample(shade, &hits, group, shown);
-                let direction = block.packet.directions[group];
+                let (origin, direction) = (block.origin(group), block.packet.directions[group]);
                 // Rays of a pixel that hit the same triangle share its shading.
                 let mut radiance = Radiance::black();
                 let mut fresh = shown;
-                for (other, own) in earlier[..group].iter().enumerate() {
+                // Worlds of other times have other numbers of instances.
+                let alike: &[Radiance<F>] = if slices.is_some() { &[] } else { &earlier[..group] };
+                for (other, own) in alike.iter().enumerate() {
                     let same = hits.triangle[group].eq(hits.triangle[other])
                         & hits.instance[group].eq(hits.instance[other])
                         & block.shown[other]
@@ -133,7 +144,7 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                 }
                 if fresh.any() {
                     let own = shade.radiance::<F, GROUPS, true>(
-                        direction, &hits, group, &surface, fresh, &mut stack,
+                        origin, direction, &hits, group, &surface, fresh, &mut stack,
                     );
                     radiance = own.or(fresh, radiance);
                 }
@@ -141,27 +152,30 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                 let of_sky = Some(sky[group].truncate());
                 let color = shade.with_shadows(
                     radiance,
+                    origin,
                     direction,
                     &surface,
                     samples[group],
                     of_sky,
                     &mut stack,
                 );
-                sum = sum + tone_map(shade.light, color).or(shown, V3::splat(Vec3::ZERO));
+                sum = sum + shown_light(shade, color, tile).or(shown, V3::splat(Vec3::ZERO));
                 nearest = nearest.min(hits.t[group].or(shown, nearest));
             }
         }
-        let color = encode(sum * F::splat(1.0 / samples.len() as f32));
+        let color = sum * F::splat(1.0 / samples.len() as f32);
         let raster = raster.as_mut();
         let raster = raster.and_then(|r| r.find_shapes(x, tile.first).then_some(&*r));
         put_color(color, nearest, raster, at, tile);
     }
 }
 
-/// Returns the first intersections of rays that are `step` apart at depth 1.
+/// Returns the first intersections of rays that are `step` apart at depth 1. Those of a camera whose rays have
+/// origins of their own are traced in these worlds, those of others in that of `shade`.
 #[inline(always)]
 fn closest<F: Float>(
     shade: &Shade,
+    worlds: [&World; GROUPS],
     block: &Block<F>,
     step: f32,
     stack: &mut Stack,
@@ -169,6 +183,8 @@ fn closest<F: Float>(
     let Shade { scene, world, .. } = *shade;
     if block.is_dark {
         Hits::none(f32::INFINITY)
+    } else if let Some(origins) = &block.origins {
+        block.packet.closest_from(origins, scene, worlds, stack, f32::INFINITY)
     } else if step < COARSE && block.is_narrow {
         block.packet.closest(scene, world, stack, f32::INFINITY)
     } else {
@@ -192,16 +208,30 @@ fn surface_sample<F: Float>(
     sample
 }
 
-/// Writes colours, with the debug shapes in front of what lies at `depth`.
+/// Returns what the rays of a pixel are averaged as: display light, or on a film radiance.
+#[inline(always)]
+fn shown_light<F: Float>(shade: &Shade, radiance: V3<F>, tile: &Tile) -> V3<F> {
+    if tile.slices.film.is_empty() { tone_map(shade.light, radiance) } else { radiance }
+}
+
+/// Writes display light as colours, with the debug shapes in front of what lies at `depth`; on a film,
+/// radiance and depth.
 #[inline(always)]
 fn put_color<F: Float>(
-    color: F::Word,
+    color: V3<F>,
     depth: F,
     raster: Option<&OverlayRaster>,
     at: GroupPixels,
     tile: &mut Tile,
 ) {
-    let mut colors = color.to_array().map(u32::to_le_bytes);
+    if !tile.slices.film.is_empty() {
+        let (red, green, blue) = (color.x.to_array(), color.y.to_array(), color.z.to_array());
+        let depth = depth.to_array();
+        let lanes = std::array::from_fn(|lane| [red[lane], green[lane], blue[lane], depth[lane]]);
+        at.put(tile.slices.film, &lanes);
+        return;
+    }
+    let mut colors = encode(color).to_array().map(u32::to_le_bytes);
     if let Some(raster) = raster {
         raster.draw(at.x, at.y, &depth.to_array(), &mut colors);
     }
@@ -213,13 +243,15 @@ fn put_color<F: Float>(
 enum Rays<'a> {
     /// 8 × 8 pixels, one ray through the centre of each.
     Centers,
-    /// 4 × 4 pixels, four rays at these offsets from the centre of each.
-    Samples(&'a [Sample]),
+    /// 4 × 4 pixels, four rays at these offsets from the centre of each, and the number of the first of them.
+    Samples(&'a [Sample], usize),
 }
 
 /// Block of pixels that one packet of rays measures.
 struct Block<F: Float> {
     packet: RayPacket<F, GROUPS>,
+    /// Origins of the rays of a camera whose rays have origins of their own.
+    origins: Option<[V3<F>; GROUPS]>,
     /// Rays that the lens shows.
     shown: [F::Mask; GROUPS],
     /// Whether the rays can be traversed as one beam.
@@ -228,9 +260,76 @@ struct Block<F: Float> {
     is_dark: bool,
 }
 
+impl<F: Float> Block<F> {
+    /// Returns the origins of the rays of a group.
+    #[inline(always)]
+    fn origin(&self, group: usize) -> V3<F> {
+        match &self.origins {
+            Some(origins) => origins[group],
+            None => V3::splat(self.packet.origin),
+        }
+    }
+}
+
 /// Returns the rays of a block with its first pixel at (x, y); some may lie outside of the image.
 #[inline(always)]
-fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
+fn packet<F: Float>(shade: &Shade, rays: Rays, x: u32, y: u32) -> Block<F> {
+    let camera = shade.camera;
+    let mut block = packet_of_view(camera, rays, x, y);
+    if !camera.effects.is_none() {
+        bend(shade, rays, y, &mut block);
+    }
+    block
+}
+
+/// Gives the rays of a camera with a shutter the pose of their row and time, and those of a thin lens their
+/// points of its disc. Twin of `bent_ray` in camera.wgsl.
+#[inline(always)]
+fn bend<F: Float>(shade: &Shade, rays: Rays, y: u32, block: &mut Block<F>) {
+    let camera = shade.camera;
+    let mut origins = [V3::splat(camera.origin); GROUPS];
+    let shutter = camera.shutter(shade.world.delta_nanos);
+    if let Some(shutter) = &shutter {
+        let view = &shutter.to_before;
+        for (group, origin) in origins.iter_mut().enumerate() {
+            let (below, blur) = match rays {
+                Rays::Centers => ((group / 2 * 4) as f32, 0.0),
+                Rays::Samples(samples, first) => (samples[group][1], shutter.blur[first + group]),
+            };
+            let row = F::from_array(LANE_Y) + F::splat(y as f32 + below);
+            let share = row.mul_add(F::splat(shutter.step), F::splat(shutter.first + blur));
+            let direction = &mut block.packet.directions[group];
+            let turned = V3::splat(view.forward) * along(direction, camera.forward)
+                + V3::splat(view.right) * along(direction, camera.right)
+                + V3::splat(view.down) * along(direction, camera.down);
+            *direction = turned.mul_add(share, *direction);
+            *origin = V3::splat(view.origin).mul_add(share, *origin);
+        }
+    }
+    let lens = camera.thin_lens();
+    if let (Some(lens), Rays::Samples(samples, _)) = (&lens, rays) {
+        for (group, [_, _, across, along]) in samples.iter().enumerate() {
+            let offset = lens.right * *across + lens.down * *along;
+            origins[group] = origins[group] + V3::splat(offset);
+            let direction = &mut block.packet.directions[group];
+            *direction = *direction + V3::splat(offset * -lens.per_focus);
+        }
+    }
+    let blurs = camera.effects.blur_secs > 0.0;
+    if shutter.is_some() || lens.is_some() || blurs {
+        block.origins = Some(origins);
+    }
+}
+
+/// Returns how many times an axis of a camera goes into directions.
+#[inline(always)]
+fn along<F: Float>(direction: &V3<F>, axis: Vec3) -> F {
+    direction.dot(V3::splat(axis / axis.length_squared()))
+}
+
+/// Returns the rays of a block from the position of the camera.
+#[inline(always)]
+fn packet_of_view<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
     let [x, y] = [x as f32 - camera.center[0], y as f32 - camera.center[1]];
     let (forward, right, down) =
         (V3::splat(camera.forward), V3::splat(camera.right), V3::splat(camera.down));
@@ -248,7 +347,7 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
             *direction = direction.or(shown, V3::splat(axis));
         }
         let packet = RayPacket { origin: camera.origin, corners, axis, directions };
-        return Block { packet, shown, is_narrow, is_dark };
+        return Block { packet, origins: None, shown, is_narrow, is_dark };
     }
     for (group, direction) in directions.iter_mut().enumerate() {
         let (x, y) = places(rays, group, x, y);
@@ -257,7 +356,7 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
     // Slightly wider than the outermost rays, to allow for rounding.
     let (before, behind) = match rays {
         Rays::Centers => (0.02, 7.02),
-        Rays::Samples(_) => (0.52, 3.52),
+        Rays::Samples(..) => (0.52, 3.52),
     };
     let corner = |x: f32, y: f32| camera.forward + camera.right * x + camera.down * y;
     let (left, top, right, bottom) = (x - before, y - before, x + behind, y + behind);
@@ -272,7 +371,7 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
         axis: camera.forward,
         directions,
     };
-    Block { packet, shown, is_narrow: true, is_dark: false }
+    Block { packet, origins: None, shown, is_narrow: true, is_dark: false }
 }
 
 /// Returns columns and rows of the rays of a group, in pixels, for a block with its first pixel at (x, y).
@@ -280,7 +379,7 @@ fn packet<F: Float>(camera: &Camera, rays: Rays, x: u32, y: u32) -> Block<F> {
 fn places<F: Float>(rays: Rays, group: usize, x: f32, y: f32) -> (F, F) {
     let [dx, dy] = match rays {
         Rays::Centers => [(group % 2 * 4) as f32, (group / 2 * 4) as f32],
-        Rays::Samples(samples) => [samples[group][0], samples[group][1]],
+        Rays::Samples(samples, _) => [samples[group][0], samples[group][1]],
     };
     (F::from_array(LANE_X) + F::splat(x + dx), F::from_array(LANE_Y) + F::splat(y + dy))
 }

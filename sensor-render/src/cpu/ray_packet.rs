@@ -89,17 +89,33 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
         stack: &mut Stack,
         t_max: f32,
     ) -> Hits<F, G> {
+        let origins = [V3::splat(self.origin); G];
+        self.closest_from(&origins, scene, [world; G], stack, t_max)
+    }
+
+    /// As [`RayPacket::closest_separately`], with an origin for each ray and a world for each group.
+    #[inline(always)]
+    pub(crate) fn closest_from(
+        &self,
+        origins: &[V3<F>; G],
+        scene: &Scene,
+        worlds: [&World; G],
+        stack: &mut Stack,
+        t_max: f32,
+    ) -> Hits<F, G> {
         let mut hits = Hits::none(t_max);
-        for (group, direction) in self.directions.iter().enumerate() {
-            let V3 { x, y, z } = *direction;
-            let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
+        for (group, (direction, origin)) in self.directions.iter().zip(origins).enumerate() {
+            let (x, y, z) =
+                (direction.x.to_array(), direction.y.to_array(), direction.z.to_array());
+            let from = [origin.x.to_array(), origin.y.to_array(), origin.z.to_array()];
             let (mut t, mut triangle, mut instance) =
                 ([t_max; LANES], [NONE; LANES], [NONE; LANES]);
             for lane in 0..LANES {
                 let direction = Vec3::new(x[lane], y[lane], z[lane]);
-                let ray = SingleRay::new(self.origin, direction, scene.reach);
+                let origin = Vec3::from(from.map(|lanes| lanes[lane]));
+                let ray = SingleRay::new(origin, direction, scene.reach);
                 let mut hit = Hit::none(t_max);
-                ray.closest::<F::Float8>(scene, world, stack, &mut hit);
+                ray.closest::<F::Float8>(scene, worlds[group], stack, &mut hit);
                 (t[lane], triangle[lane], instance[lane]) = (hit.t, hit.triangle, hit.instance);
             }
             hits.t[group] = F::from_array(t);

@@ -88,8 +88,10 @@ impl Shade<'_> {
     /// Returns the radiance along the rays of `active`; it is unspecified along others. With `DETAILED`,
     /// the reflections of smooth surfaces are traced.
     #[inline(always)]
+    #[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
     pub(crate) fn radiance<F: Float, const G: usize, const DETAILED: bool>(
         &self,
+        origin: V3<F>,
         direction: V3<F>,
         hits: &Hits<F, G>,
         group: usize,
@@ -104,7 +106,7 @@ impl Shade<'_> {
         let hit = sample.hit & active;
         if hit.any() {
             let t = sample.t.or(sample.hit, F::splat(1.0));
-            let at = direction.mul_add(t, V3::splat(self.camera.origin));
+            let at = direction.mul_add(t, origin);
             let (triangle, instance) = (hits.triangle[group], hits.instance[group]);
             let surfaces =
                 SurfaceMaterials::new(self.scene, self.world, light, hit, triangle, instance, at);
@@ -127,10 +129,12 @@ impl Shade<'_> {
     /// Returns a radiance with the sun and the strongest lamp where they are not in shadow. `of_pixel`
     /// is the point of the sun's disc that shadows are computed for, `of_sky` the direction of the sky that
     /// ambient occlusion is computed for; without it there is none.
+    #[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
     #[inline(always)]
     pub(crate) fn with_shadows<F: Float>(
         &self,
         radiance: Radiance<F>,
+        origin: V3<F>,
         direction: V3<F>,
         sample: &SurfaceSample<F>,
         of_pixel: Sample,
@@ -143,7 +147,7 @@ impl Shade<'_> {
             return color;
         }
         let t = sample.t.or(sample.hit, F::splat(1.0));
-        let at = direction.mul_add(t, V3::splat(self.camera.origin));
+        let at = direction.mul_add(t, origin);
         let away = zero.lt(sample.normal.dot(direction));
         let normal = (-sample.normal).or(away, sample.normal);
         let origins = normal.mul_add(F::splat(LIFT), at);

@@ -1,9 +1,12 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use protocol::{lens_model, output};
+use protocol::{SensorSpec, lens_model, output, sensor};
 
+use super::top_levels;
+use crate::film::{CELLS, Development};
+use crate::light::Light;
 use crate::overlay::{TEXT_NEAR_M, Text};
-use crate::rays::{Camera, Lidar, Sensor, rays};
+use crate::rays::{Camera, Lidar, Sensor};
 use crate::{error::TraceError, job::BundleJob, outputs, world::World};
 
 /// In place of the offset of a plane: the sensor does not have it.
@@ -37,7 +40,8 @@ pub(crate) struct GpuCamera {
     pub(crate) focal: [f32; 2],
     pub(crate) radius_max: f32,
     pub(crate) image_radius_max: f32,
-    pub(crate) reserved: [u32; 2],
+    pub(crate) film: u32,
+    pub(crate) development: u32,
 }
 
 const _: () = assert!(size_of::<GpuCamera>() == 176);
@@ -91,6 +95,10 @@ pub(crate) struct Batch {
     pub(crate) byte_len: u64,
     /// Number of unpacked tags, one word each.
     pub(crate) tag_len: u32,
+    /// Vectors of all films.
+    pub(crate) film_len: u64,
+    /// Effects of the cameras that have some, in their order.
+    pub(crate) developments: Vec<Development>,
     /// Numbers of workgroups of the camera, lidar and packing passes.
     pub(crate) groups: [u32; 3],
 }
@@ -106,6 +114,7 @@ pub(crate) fn batches(
     bytes_max: u64,
 ) -> Result<Vec<Batch>, TraceError> {
     let mut batches = vec![Batch::default()];
+    let light = world.light();
     for (job_index, job) in jobs.iter_mut().enumerate() {
         let planes = outputs::check(job)?;
         outputs::write_table(world, job.sensors, planes, job.out);
@@ -118,16 +127,17 @@ pub(crate) fn batches(
                 Some(plane) => plane.byte_len * 4,
                 None => 0,
             };
-            let longest = byte_len.max(unpacked);
+            let longest = byte_len.max(unpacked).max(film_bytes(spec));
             if longest > bytes_max {
                 let sensor = spec.name;
                 return Err(TraceError::TooLarge { sensor, byte_len: longest, bytes_max });
             }
             let pose = &first.world_from_sensor;
-            let sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
+            let sensor = outputs::rays_of(world, job.parent, spec, pose)?;
             let mut batch = batches.last_mut().unwrap_or_else(|| unreachable!("never empty"));
             if batch.byte_len + byte_len > bytes_max
                 || u64::from(batch.tag_len) * 4 + unpacked > bytes_max
+                || batch.film_len * 16 + film_bytes(spec) > bytes_max
             {
                 batches.push(Batch::default());
                 batch = batches.last_mut().unwrap_or_else(|| unreachable!("just pushed"));
@@ -140,7 +150,7 @@ pub(crate) fn batches(
             match sensor {
                 Sensor::Camera(camera) => {
                     batch.add_text_places(&camera, &world.overlay.texts);
-                    batch.add_camera(&camera, plane);
+                    batch.add_camera(world, &camera, &light, plane);
                 }
                 Sensor::Lidar(lidar) => batch.add_lidar(&lidar, plane),
             }
@@ -162,10 +172,18 @@ impl Batch {
         self.text_places.extend(texts.iter().map(place));
     }
 
-    fn add_camera(&mut self, camera: &Camera, plane: impl Fn(u32) -> u32) {
+    fn add_camera(
+        &mut self,
+        world: &World,
+        camera: &Camera,
+        light: &Light,
+        plane: impl Fn(u32) -> u32,
+    ) {
         let pixels = camera.width * camera.height;
         let across = camera.width.div_ceil(8);
         let tag = plane(output::TAG);
+        let color = plane(output::COLOR);
+        let [film, development] = self.add_film(world, camera, light, color != NONE);
         self.cameras.push(GpuCamera {
             origin: extended(camera.origin, camera.pixel),
             forward: extended(camera.forward, 0.0),
@@ -176,7 +194,7 @@ impl Batch {
             height: camera.height,
             first_group: self.groups[0],
             groups_across: across,
-            color: plane(output::COLOR),
+            color,
             depth: plane(output::DEPTH),
             instance: plane(output::INSTANCE),
             tag,
@@ -184,6 +202,8 @@ impl Batch {
             first_packing_group: self.groups[2],
             first_sample: camera.quality.first_sample(),
             samples: camera.quality.samples().len() as u32,
+            film,
+            development,
             ..lens_of(camera)
         });
         self.groups[0] += across * camera.height.div_ceil(8);
@@ -191,6 +211,34 @@ impl Batch {
             self.tag_len += pixels;
             self.groups[2] += (pixels.div_ceil(64) * 16).div_ceil(64);
         }
+    }
+
+    /// Adds the effects of a camera. Returns the offset of its film, [`NONE`] without a colour image, and the
+    /// number of its development, [`NONE`] without effects.
+    fn add_film(
+        &mut self,
+        world: &World,
+        camera: &Camera,
+        light: &Light,
+        has_color: bool,
+    ) -> [u32; 2] {
+        let Some(mut development) = Development::new(camera, light, world.delta_nanos) else {
+            return [NONE; 2];
+        };
+        if let Some(roots) = top_levels::roots(world, camera) {
+            (development.has_roots, development.roots) = (1, roots);
+        }
+        let film = if has_color { self.film_len as u32 } else { NONE };
+        if has_color {
+            self.film_len += development.film_len(camera);
+        }
+        self.developments.push(development);
+        [film, self.developments.len() as u32 - 1]
+    }
+
+    /// Returns the largest number of cells of a film; `None` if there is no film.
+    pub(crate) fn cells_max(&self) -> Option<u32> {
+        self.developments.iter().map(|how| how.cells()[0] as u32).max()
     }
 
     fn add_lidar(&mut self, lidar: &Lidar, plane: impl Fn(u32) -> u32) {
@@ -215,11 +263,13 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
-    /// Returns whether there is a camera with these: a colour image of several rays per pixel, a lens.
-    pub(crate) fn has_cameras(&self, is_smooth: bool, has_lens: bool) -> bool {
+    /// Returns whether there is a camera of this kind: a colour image of several rays per pixel, a lens,
+    /// effects.
+    pub(crate) fn has_cameras(&self, is_smooth: bool, has_lens: bool, has_effects: bool) -> bool {
         let is_of_kind = |camera: &GpuCamera| {
             (camera.color != NONE && camera.samples > 1) == is_smooth
                 && (camera.lens != lens_model::PINHOLE) == has_lens
+                && (camera.development != NONE) == has_effects
         };
         self.cameras.iter().any(is_of_kind)
     }
@@ -256,6 +306,16 @@ impl Batch {
         }
         self.windows.push(window);
     }
+}
+
+/// Returns an upper bound of the bytes of the film of a sensor.
+fn film_bytes(spec: &SensorSpec) -> u64 {
+    if spec.kind != sensor::CAMERA || spec.effects.is_none() {
+        return 0;
+    }
+    // The second grid has fewer cells than the first, and there is room for each twice.
+    let cells = u64::from(CELLS) * u64::from(CELLS) * 4;
+    (u64::from(spec.width) * u64::from(spec.height) + cells) * 16
 }
 
 /// Returns a camera with the lens of another one, and nothing else.

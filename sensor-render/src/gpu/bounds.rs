@@ -129,6 +129,7 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
     };
     for camera in &batch.cameras {
         let GpuCamera { width, height, color, depth, instance, tag, first_tag, .. } = *camera;
+        let GpuCamera { film, development, .. } = *camera;
         let pixels = u64::from(width) * u64::from(height);
         within("colours", color, pixels, words)?;
         within("depths", depth, pixels, words)?;
@@ -136,6 +137,24 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
         if tag != NONE {
             within("packed tags", tag, pixels.div_ceil(64) * 16, words)?;
             within("tags", first_tag, pixels, tags)?;
+        }
+        if development != NONE {
+            let Some(how) = batch.developments.get(development as usize) else {
+                let count = batch.developments.len();
+                return Err(format!("a camera names development {development} of {count}"));
+            };
+            if film == NONE {
+                continue;
+            }
+            let [cells, coarse] = how.cells().map(|count| count as u64);
+            let gathered = how.grid.map(|cells| u64::from(cells) * u64::from(how.side));
+            let is_covered = gathered[0] >= width.into() && gathered[1] >= height.into();
+            if !is_covered || color == NONE {
+                return Err(format!(
+                    "a film of {width} x {height} pixels has cells for {gathered:?}"
+                ));
+            }
+            within("films", film, pixels + 1 + (cells + coarse) * 2, batch.film_len)?;
         }
     }
     for lidar in &batch.lidars {
@@ -227,6 +246,8 @@ mod tests {
             depth: NONE,
             instance: NONE,
             tag: NONE,
+            film: NONE,
+            development: NONE,
             ..GpuCamera::zeroed()
         };
         let batch = |byte_len| Batch { cameras: vec![camera], byte_len, ..Batch::default() };

@@ -9,8 +9,8 @@ use wgpu::{
 };
 
 /// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
-/// overlay_raster.wgsl and lamplight.wgsl).
-pub(crate) const BINDINGS: usize = 17;
+/// overlay_raster.wgsl, lamplight.wgsl and develop.wgsl).
+pub(crate) const BINDINGS: usize = 19;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
@@ -27,6 +27,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/overlay_raster.wgsl"),
     include_str!("../shader/lidar.wgsl"),
+    include_str!("../shader/develop.wgsl"),
 );
 
 /// Compiled shaders.
@@ -36,13 +37,15 @@ pub(crate) struct Kernels {
     pipeline_layout: PipelineLayout,
     module: ShaderModule,
     /// Renders the pixels of cameras, by [`CameraKernel`]; compiled at the first use.
-    trace_cameras: [OnceLock<ComputePipeline>; 8],
+    trace_cameras: [OnceLock<ComputePipeline>; 16],
     /// Draws debug shapes into the colours of all cameras.
     pub(crate) draw_overlay: ComputePipeline,
     /// Packs the tags of all cameras, four per word.
     pub(crate) pack_tags: ComputePipeline,
     /// Traces the beams of all lidars.
     pub(crate) trace_lidars: ComputePipeline,
+    /// Gather, expose and develop the films of cameras with effects; compiled at the first use.
+    develop: OnceLock<[ComputePipeline; 3]>,
 }
 
 impl Kernels {
@@ -54,7 +57,7 @@ impl Kernels {
                 ty: BindingType::Buffer {
                     ty: match binding {
                         0 | 11 | 12 => BufferBindingType::Uniform,
-                        9 | 10 => BufferBindingType::Storage { read_only: false },
+                        9 | 10 | 17 => BufferBindingType::Storage { read_only: false },
                         _ => BufferBindingType::Storage { read_only: true },
                     },
                     has_dynamic_offset: false,
@@ -95,18 +98,36 @@ impl Kernels {
             draw_overlay,
             pack_tags,
             trace_lidars,
+            develop: OnceLock::new(),
         }
     }
 
     /// Returns the kernel that renders cameras of this kind.
     pub(crate) fn trace_cameras(&self, device: &Device, kind: CameraKernel) -> &ComputePipeline {
-        let CameraKernel { is_smooth, has_lens, has_lamps } = kind;
-        let [smooth, lens, lamps] = [is_smooth, has_lens, has_lamps].map(u8::from);
-        self.trace_cameras[usize::from(smooth << 2 | lens << 1 | lamps)].get_or_init(|| {
-            let constants = [("SMOOTH", smooth), ("HAS_LENS", lens), ("HAS_LAMPS", lamps)]
+        let CameraKernel { is_smooth, has_lens, has_effects, has_lamps } = kind;
+        let [smooth, lens, effects, lamps] =
+            [is_smooth, has_lens, has_effects, has_lamps].map(u8::from);
+        self.trace_cameras[usize::from(effects << 3 | smooth << 2 | lens << 1 | lamps)].get_or_init(
+            || {
+                let constants = [
+                    ("SMOOTH", smooth),
+                    ("HAS_LENS", lens),
+                    ("HAS_EFFECTS", effects),
+                    ("HAS_LAMPS", lamps),
+                ]
                 .map(|(name, word)| (name, f64::from(word)));
+                let Kernels { pipeline_layout, module, .. } = self;
+                pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
+            },
+        )
+    }
+
+    /// Returns the kernels that develop films, in their order.
+    pub(crate) fn develop(&self, device: &Device) -> &[ComputePipeline; 3] {
+        self.develop.get_or_init(|| {
             let Kernels { pipeline_layout, module, .. } = self;
-            pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
+            ["gather_films", "expose_films", "develop_films"]
+                .map(|entry_point| pipeline(device, pipeline_layout, module, entry_point, &[]))
         })
     }
 
@@ -135,6 +156,8 @@ pub(crate) struct CameraKernel {
     pub(crate) is_smooth: bool,
     /// Those with a lens, or pinholes.
     pub(crate) has_lens: bool,
+    /// Those with effects, or the others.
+    pub(crate) has_effects: bool,
     /// Whether any lamp shines.
     pub(crate) has_lamps: bool,
 }
@@ -172,6 +195,15 @@ mod tests {
         let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
         validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
         let names: Vec<_> = module.entry_points.iter().map(|entry| &*entry.name).collect();
-        assert_eq!(names, ["trace_cameras", "pack_tags", "draw_overlay", "trace_lidars"]);
+        let expected = [
+            "trace_cameras",
+            "pack_tags",
+            "draw_overlay",
+            "trace_lidars",
+            "gather_films",
+            "expose_films",
+            "develop_films",
+        ];
+        assert_eq!(names, expected);
     }
 }

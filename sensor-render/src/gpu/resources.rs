@@ -8,7 +8,9 @@ use super::batch::Batch;
 use super::bounds;
 use super::kernels::Kernels;
 use super::open::Gpu;
+use super::top_levels;
 use crate::bvh::Link;
+use crate::film::Development;
 use crate::glyphs::GLYPHS;
 use crate::instance::StreetLight;
 use crate::lamps::{LampGrid, SceneLamps};
@@ -69,6 +71,8 @@ mod at {
     pub(super) const STREET_LIGHTS: usize = 14;
     pub(super) const LAMPS: usize = 15;
     pub(super) const CORNER_NORMALS: usize = 16;
+    pub(super) const FILMS: usize = 17;
+    pub(super) const DEVELOPMENTS: usize = 18;
 }
 
 impl GpuResources {
@@ -94,6 +98,8 @@ impl GpuResources {
             REFLECTIVITIES.iter().map(|[rho, diffuse]| [*rho, *diffuse, 0.0, 0.0]).collect();
         resources.upload(gpu, at::REFLECTIVITIES, bytemuck::cast_slice(&reflectivities));
         resources.upload(gpu, at::MATERIALS, bytemuck::cast_slice(MATERIALS.as_flattened()));
+        // A binding holds at least one element.
+        resources.grow(gpu, at::DEVELOPMENTS, size_of::<Development>() as u64);
         resources
     }
 
@@ -158,11 +164,18 @@ impl GpuResources {
             self.street_lights = Arc::clone(&world.street_lights);
         }
         self.upload(gpu, at::FRAME, bytemuck::bytes_of(&frame));
-        self.upload(gpu, at::TOP_NODES, bytemuck::cast_slice(&world.nodes));
-        self.upload(gpu, at::INSTANCES, bytemuck::cast_slice(&world.instances));
+        let joined = top_levels::joined(world);
+        let (nodes, instances) = match &joined {
+            Some((nodes, instances)) => (nodes, instances),
+            None => (&world.nodes, &world.instances),
+        };
+        self.upload(gpu, at::TOP_NODES, bytemuck::cast_slice(nodes));
+        self.upload(gpu, at::INSTANCES, bytemuck::cast_slice(instances));
         self.upload(gpu, at::CAMERAS, bytemuck::cast_slice(&batch.cameras));
         self.upload(gpu, at::LIDARS, bytemuck::cast_slice(&batch.lidars));
         self.upload(gpu, at::CIRCLES, bytemuck::cast_slice(&batch.circles));
+        self.upload(gpu, at::DEVELOPMENTS, bytemuck::cast_slice(&batch.developments));
+        self.grow(gpu, at::FILMS, batch.film_len * 16);
         self.grow(gpu, at::TAGS, u64::from(batch.tag_len) * 4);
         self.grow(gpu, at::OUT, batch.byte_len);
     }

@@ -6,6 +6,11 @@ const SKY = 11u;
 
 // Which cameras a pipeline renders: those with a lens, or pinholes.
 override HAS_LENS: bool = false;
+// Those with effects, whose radiance goes to a film and whose rays may have origins of their own, or the others.
+override HAS_EFFECTS: bool = false;
+
+// Root of the top level that rays of such cameras are traced in.
+var<private> top_root: u32;
 
 // Returns the last camera whose first group is at most `group`.
 fn camera_of(group: u32) -> u32 {
@@ -42,7 +47,8 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     let samples = cameras[index].samples;
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
-    if (is_smooth != SMOOTH || (cameras[index].lens != 0u) != HAS_LENS) {
+    if (is_smooth != SMOOTH || (cameras[index].lens != 0u) != HAS_LENS
+        || (cameras[index].development != NONE) != HAS_EFFECTS) {
         return;
     }
     // A colour image of several rays per pixel has none through the centre; the other outputs have.
@@ -72,7 +78,14 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
                 continue;
             }
         }
-        let ray = Ray(cameras[index].origin.xyz, direction);
+        var ray = Ray(cameras[index].origin.xyz, direction);
+        if (HAS_EFFECTS) {
+            top_root = frame.roots.y;
+            if (!is_center && developments[cameras[index].development].has_roots != 0u) {
+                top_root = developments[cameras[index].development].roots[step - 1u];
+            }
+            ray = bent_ray(index, ray, f32(y) + sample.y, select(step, 0u, is_center), sample.zw);
+        }
         let hit = closest(ray, FAR_AWAY, false);
         if (is_center) {
             write_others(index, pixel, hit);
@@ -83,8 +96,10 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         let name = vec2u(hit.triangle, hit.instance);
         var radiance: Radiance;
         var is_fresh = true;
+        // Rays of other times have other numbers of instances.
+        let is_alone = HAS_EFFECTS && developments[cameras[index].development].has_roots != 0u;
         for (var other = 0u; other < select(own, 0u, is_center); other++) {
-            if (is_fresh && all(seen[other] == name)) {
+            if (is_fresh && all(seen[other] == name) && !is_alone) {
                 radiance = shared_[other];
                 is_fresh = false;
             }
@@ -94,11 +109,50 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         }
         seen[own] = name;
         shared_[own] = radiance;
-        film += tone_map(with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz));
+        let color = with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz);
+        if (HAS_EFFECTS) {
+            film += color;
+        } else {
+            film += tone_map(color);
+        }
     }
-    if (has_color) {
-        bytes_out[cameras[index].color + pixel] = encode(film * (1.0 / f32(select(1u, samples, SMOOTH))));
+    film *= 1.0 / f32(select(1u, samples, SMOOTH));
+    if (HAS_EFFECTS && has_color) {
+        films[cameras[index].film + pixel] = vec4f(film, 0.0);
+    } else if (has_color) {
+        bytes_out[cameras[index].color + pixel] = encode(film);
     }
+}
+
+// Ray with the pose of its row and its time, from a point on the disc of the lens. Ray number 0 is that
+// through the centre of the pixel. Twin of `bend` in camera.rs.
+fn bent_ray(index: u32, ray: Ray, row: f32, number: u32, on_lens: vec2f) -> Ray {
+    let how = cameras[index].development;
+    let right = cameras[index].right.xyz;
+    let down = cameras[index].down.xyz;
+    var bent = ray;
+    let origin = developments[how].to_before[0];
+    let forward = developments[how].to_before[1];
+    if (developments[how].has_shutter != 0u) {
+        var share = origin.w + row * forward.w;
+        if (number > 0u) {
+            share += developments[how].blur[number - 1u];
+        }
+        let ahead = dot(ray.direction, cameras[index].forward.xyz);
+        let across = dot(ray.direction, right) / dot(right, right);
+        let below = dot(ray.direction, down) / dot(down, down);
+        bent.origin += origin.xyz * share;
+        bent.direction += (forward.xyz * ahead + developments[how].to_before[2].xyz * across
+            + developments[how].to_before[3].xyz * below) * share;
+    }
+    if (number == 0u) {
+        return bent;
+    }
+    let lens = developments[how].thin_lens[0];
+    let offset = lens.xyz * on_lens.x + developments[how].thin_lens[1].xyz * on_lens.y;
+    bent.origin += offset;
+    bent.direction -= offset * lens.w;
+    return bent;
 }
 
 // Writes every output but the colour of a pixel that the lens does not show.

@@ -129,7 +129,7 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
     }
     let inverse = inverse_of(ray.direction);
     var height = 0u;
-    var link = frame.roots.y;
+    var link = select(frame.roots.y, top_root, HAS_EFFECTS);
     loop {
         if ((link & LEAF) != 0u) {
             let first = link & 0x3ffffffu;

@@ -71,8 +71,9 @@ struct Camera {
     // Largest undistorted radius, and the distorted one there.
     radius_max: f32,
     image_radius_max: f32,
-    reserved0: u32,
-    reserved1: u32,
+    // Of a camera with effects: offset of its film in `films`, and its number in `developments`; NONE for others.
+    film: u32,
+    development: u32,
 }
 
 struct Lidar {

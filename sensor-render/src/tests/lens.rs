@@ -60,7 +60,7 @@ fn spec(lens: LensSpec) -> SensorSpec {
     SensorSpec { lens, ..camera(SIZE[0], SIZE[1]) }
 }
 
-fn tracers() -> impl Iterator<Item = Tracer> {
+pub(crate) fn tracers() -> impl Iterator<Item = Tracer> {
     [Some(cpu(2)), crate::gpu::tests::gpu()].into_iter().flatten()
 }
 

@@ -177,13 +177,13 @@ fn every_number_of_every_command_is_refused_or_leaves_the_world_finite() {
     let samples = samples();
     let covered: BTreeSet<u32> = samples
         .iter()
-        .map(|command| bytemuck::cast::<_, [u32; 52]>(RawCommand::from(*command))[0])
+        .map(|command| bytemuck::cast::<_, [u32; 92]>(RawCommand::from(*command))[0])
         .collect();
     assert_eq!(covered, kinds(), "a sample of every kind of command");
     let (mut faults, mut refusals, mut accepted) = (BTreeSet::new(), 0, 0);
     for sample in &samples {
         let raw = RawCommand::from(*sample);
-        for word in 2..52 {
+        for word in 2..92 {
             let mut sim = crowd();
             for value in HOSTILE {
                 let command = with_word(&raw, word, value.to_bits());
