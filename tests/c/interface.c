@@ -178,6 +178,13 @@ static void wrong(const OmnibusClient *client) {
     camera.fov_rad = 3.2f;
     OK(omnibus_create_camera(client, "round", car, &camera, &bundle));
     omnibus_destroy_bundle(bundle);
+    camera.effects = (OmnibusEffects){.exposure = OMNIBUS_EXPOSURE_MANUAL, .bloom = 0.1f};
+    FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), REFUSED, "iso is 0, not 1");
+    camera.effects.exposure = 7;
+    FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), ARGUMENT, "effects.exposure is 7");
+    camera.effects.exposure = OMNIBUS_EXPOSURE_AUTOMATIC;
+    OK(omnibus_create_camera(client, "bright", car, &camera, &bundle));
+    omnibus_destroy_bundle(bundle);
     camera.held_max = OMNIBUS_HELD_MAX + 1;
     FAILS(omnibus_create_camera(client, "x", car, &camera, &bundle), ARGUMENT, "held_max is 8");
     camera.outputs = OMNIBUS_OUTPUT_POINTS;

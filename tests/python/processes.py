@@ -15,7 +15,7 @@ import time
 from kit import launch, nothing_is_left, run_python
 
 import omnibus
-from omnibus.sensors import BrownConrady, Camera, Fisheye, Imu
+from omnibus.sensors import BrownConrady, Camera, CameraEffects, Fisheye, Imu
 
 FRONT = Camera("front", 64, 48, math.radians(90), omnibus.Pose((1.5, 0.0, 1.5)))
 
@@ -321,6 +321,22 @@ def a_projection_follows_the_lens() -> None:
     raises(ValueError, ["is no lens"], lambda: Camera("c", 8, 8, lens=3).projection)
 
 
+def effects_change_the_color_image() -> None:
+    bright = CameraEffects(compensation_ev=1.5, vignette=0.5, white_electrons=5000.0)
+    pose = omnibus.Pose((1.5, 0.0, 1.5))
+    plain = Camera("plain", 64, 48, pose=pose, quality="low")
+    shown = Camera("shown", 64, 48, pose=pose, quality="low", effects=bright)
+    with launch(sensors=[plain, shown]) as simulator:
+        seen = simulator.client.tick()
+        assert seen["shown"].color[..., :3].mean() > 1.1 * seen["plain"].color[..., :3].mean()
+        wrong = Camera("c", 8, 8, effects=CameraEffects(bloom=2.0))
+        raises(omnibus.RefusedError, ["bloom is 2, not 0 to 1"], lambda: simulator.client.create_bundle("b", [wrong]))
+        wrong = Camera("c", 8, 8, effects=CameraEffects(exposure="bright"))
+        raises(ValueError, ["unknown exposure"], lambda: simulator.client.create_bundle("b", [wrong]))
+        wrong = Camera("c", 8, 8, effects=3)
+        raises(ValueError, ["is no effects"], lambda: simulator.client.create_bundle("b", [wrong]))
+
+
 def refusals_have_codes_and_advice() -> None:
     with launch(sensors=[FRONT]) as simulator:
         client, ego = simulator.client, simulator.ego
@@ -365,6 +381,7 @@ if __name__ == "__main__":
         a_simulator_ends_however_python_ends,
         a_program_of_another_build_is_refused_by_name,
         a_projection_follows_the_lens,
+        effects_change_the_color_image,
         refusals_have_codes_and_advice,
     ):
         begun = time.monotonic()

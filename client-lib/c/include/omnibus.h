@@ -79,7 +79,7 @@
  * The version of the declarations in this header. omnibus_connect() compares it with that of the
  * library.
  */
-#define OMNIBUS_INTERFACE 2
+#define OMNIBUS_INTERFACE 3
 
 /**
  * A car, truck, bus, motorcycle or bicycle.
@@ -182,6 +182,21 @@
  * distance from the camera.
  */
 #define OMNIBUS_LENS_FISHEYE 2
+
+/**
+ * Exposure: by the weather, the same for every image of a weather.
+ */
+#define OMNIBUS_EXPOSURE_WEATHER 0
+
+/**
+ * Exposure: by the brightness of the image itself.
+ */
+#define OMNIBUS_EXPOSURE_AUTOMATIC 1
+
+/**
+ * Exposure: by iso, shutter_secs and f_number.
+ */
+#define OMNIBUS_EXPOSURE_MANUAL 2
 
 /**
  * What a call returned.
@@ -456,6 +471,174 @@ typedef struct OmnibusLens {
 } OmnibusLens;
 
 /**
+ * Camera: red, green, blue, 255; sRGB, 4 bytes a pixel.
+ * const OMNIBUS_OUTPUT_COLOR: u32 = 1;
+ * Camera: metres along the optical axis, of a fisheye from the camera; one float a pixel.
+ * const OMNIBUS_OUTPUT_DEPTH: u32 = 2;
+ * Camera: the semantic tag, one byte a pixel.
+ * const OMNIBUS_OUTPUT_TAG: u32 = 4;
+ * Camera: the actor's id, or that of a static object with the top bit set; one uint32_t a pixel.
+ * const OMNIBUS_OUTPUT_INSTANCE: u32 = 8;
+ * Lidar: x, y, z in sensor space (metres) and intensity (0 to 1), four floats a ray; zeros where
+ * nothing was hit. Column by column, and in each column from the highest channel down.
+ * const OMNIBUS_OUTPUT_POINTS: u32 = 16;
+ * Lidar: instance and semantic tag, two uint32_t a ray.
+ * const OMNIBUS_OUTPUT_LABELS: u32 = 32;
+ * 
+ * The most measurements of one bundle that may be held at a time.
+ * const OMNIBUS_HELD_MAX: u32 = 7;
+ * 
+ * Lens: a pinhole.
+ * const OMNIBUS_LENS_PINHOLE: u32 = 0;
+ * Lens: radial and tangential distortion (Brown 1971); coefficients k1, k2, p1, p2, k3 as in OpenCV's calib3d.
+ * const OMNIBUS_LENS_BROWN_CONRADY: u32 = 1;
+ * Lens: a fisheye (Kannala and Brandt 2006); coefficients k1 to k4 as in OpenCV's fisheye. Depth is the
+ * distance from the camera.
+ * const OMNIBUS_LENS_FISHEYE: u32 = 2;
+ * 
+ * Lens of a camera; all 0 is a pinhole with the field of view of its camera.
+ * rive(Clone, Copy)]
+ * pr(C)]
+ * struct OmnibusLens {
+ * /// One of OMNIBUS_LENS_….
+ * pub model: u32,
+ * /// Focal lengths along the rows and the columns of the image, pixels. Both 0: the field of view gives
+ * /// them, and the principal point is the middle of the image.
+ * pub focal_px: [f32; 2],
+ * /// Column and row of the principal point, pixels. The centre of pixel (0, 0) lies at (0.5, 0.5): add 0.5
+ * /// to the numbers of OpenCV and ROS.
+ * pub center_px: [f32; 2],
+ * /// Coefficients in the order of the model; the others are 0.
+ * pub coefficients: [f32; 5],
+ * /// Fisheye: largest angle between ray and optical axis, radians, at most pi; the image is black beyond.
+ * /// 0: as far as the formula holds.
+ * pub max_angle_rad: f32,
+ * 
+ * 
+ *  OmnibusLens {
+ * fn checked(&self) -> Result<Lens, Fault> {
+ *     let [a, b, c, d, e] = self.coefficients;
+ *     let unused = |from: usize| match self.coefficients.iter().skip(from).find(|k| **k != 0.0) {
+ *         Some(k) => Err(Fault::argument(format!(
+ *             "lens.coefficients has {k} after the {from} coefficients of model {}",
+ *             self.model
+ *         ))),
+ *         None => Ok(()),
+ *     };
+ *     let max_angle_rad = Some(self.max_angle_rad).filter(|angle| *angle != 0.0);
+ *     match self.model {
+ *         OMNIBUS_LENS_FISHEYE => {
+ *             unused(4).map(|()| Lens::Fisheye { k: [a, b, c, d], max_angle_rad })
+ *         }
+ *         _ if max_angle_rad.is_some() => {
+ *             Err(Fault::argument("lens.max_angle_rad is only for OMNIBUS_LENS_FISHEYE"))
+ *         }
+ *         OMNIBUS_LENS_PINHOLE => unused(0).map(|()| Lens::Pinhole),
+ *         OMNIBUS_LENS_BROWN_CONRADY => {
+ *             Ok(Lens::BrownConrady { k1: a, k2: b, p1: c, p2: d, k3: e })
+ *         }
+ *         other => Err(Fault::argument(format!(
+ *             "lens.model is {other}, not 0 (pinhole), 1 (Brown-Conrady) or 2 (fisheye)"
+ *         ))),
+ *     }
+ * }
+ * 
+ * 
+ * Exposure: by the weather, the same for every image of a weather.
+ * const OMNIBUS_EXPOSURE_WEATHER: u32 = 0;
+ * Exposure: by the brightness of the image itself.
+ * const OMNIBUS_EXPOSURE_AUTOMATIC: u32 = 1;
+ * Exposure: by iso, shutter_secs and f_number.
+ * const OMNIBUS_EXPOSURE_MANUAL: u32 = 2;
+ * 
+ * Effects of a camera on its colour image; all 0 is none. docs/sensors.md has the formulas.
+ */
+typedef struct OmnibusEffects {
+  /**
+   * One of OMNIBUS_EXPOSURE_….
+   */
+  uint32_t exposure;
+  /**
+   * Exposure compensation, stops; an image is twice as bright with each.
+   */
+  float compensation_ev;
+  /**
+   * Automatic exposure: smallest and largest exposure value at ISO 100. Both 0: 11 and 17.
+   */
+  float ev_limits[2];
+  /**
+   * Manual exposure: sensitivity, ISO 12232.
+   */
+  float iso;
+  /**
+   * Manual exposure: exposure time.
+   */
+  float shutter_secs;
+  /**
+   * Manual exposure: focal length divided by the diameter of the entrance pupil.
+   */
+  float f_number;
+  /**
+   * Share of the natural vignetting (the fourth power of the cosine of the angle from the axis), 0 to 1.
+   */
+  float vignette;
+  /**
+   * Share of the light that the lens scatters around each point, 0 to 1.
+   */
+  float bloom;
+  /**
+   * Standard deviation of the inner part of that light, as a share of the width of the image. 0: 0.01.
+   */
+  float bloom_radius;
+  /**
+   * Share by which the red image is larger than the green one, and the green one than the blue one.
+   */
+  float chromatic_aberration;
+  /**
+   * Electrons in a pixel of exposed radiance 1 at ISO 100. 0: no noise.
+   */
+  float white_electrons;
+  /**
+   * Standard deviation of the noise of reading a pixel, electrons.
+   */
+  float read_electrons;
+  /**
+   * Colour temperature of the light that is shown white, kelvin. 0: 6500.
+   */
+  float temperature_k;
+  /**
+   * Offset of that light towards magenta, -1 to 1.
+   */
+  float tint;
+  /**
+   * The image is encoded with the power 1 / gamma. 0: with the curve of sRGB.
+   */
+  float gamma;
+  /**
+   * Slope, toe, shoulder, black clip and white clip of Unreal's filmic tone curve. All 0: the tone curve
+   * of cameras without effects.
+   */
+  float filmic[5];
+  /**
+   * Rolling shutter: time from the reading of the first row to that of the last, which is the time of the
+   * frame. It bends every image of the camera.
+   */
+  float readout_secs;
+  /**
+   * Motion blur: time before that of the frame during which each row is exposed. 0: an instant.
+   */
+  float blur_secs;
+  /**
+   * Diameter of the entrance pupil, metres, which gives the depth of field. 0: everything is sharp.
+   */
+  float aperture_m;
+  /**
+   * Distance along the optical axis of what is sharp, metres.
+   */
+  float focus_m;
+} OmnibusEffects;
+
+/**
  * A camera; pixel (0, 0) is at the top left.
  */
 typedef struct OmnibusCamera {
@@ -489,6 +672,10 @@ typedef struct OmnibusCamera {
    * Lens.
    */
   struct OmnibusLens lens;
+  /**
+   * Effects on the colour image.
+   */
+  struct OmnibusEffects effects;
 } OmnibusCamera;
 
 /**

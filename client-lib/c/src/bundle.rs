@@ -12,8 +12,8 @@ use std::{
 };
 
 use client_lib::{
-    ActorId, CameraOptions, CameraOutputs, Intrinsics, Lens, LidarOptions, LidarOutputs,
-    Measurement, Sensor, SensorBundle,
+    ActorId, CameraEffects, CameraOptions, CameraOutputs, Exposure, Intrinsics, Lens, LidarOptions,
+    LidarOutputs, Measurement, Sensor, SensorBundle, ToneCurve,
 };
 
 use crate::{
@@ -96,6 +96,109 @@ impl OmnibusLens {
     }
 }
 
+/// Exposure: by the weather, the same for every image of a weather.
+pub const OMNIBUS_EXPOSURE_WEATHER: u32 = 0;
+/// Exposure: by the brightness of the image itself.
+pub const OMNIBUS_EXPOSURE_AUTOMATIC: u32 = 1;
+/// Exposure: by iso, shutter_secs and f_number.
+pub const OMNIBUS_EXPOSURE_MANUAL: u32 = 2;
+
+/// Effects of a camera on its colour image; all 0 is none. docs/sensors.md has the formulas.
+#[derive(Clone, Copy)]
+#[repr(C)]
+pub struct OmnibusEffects {
+    /// One of OMNIBUS_EXPOSURE_….
+    pub exposure: u32,
+    /// Exposure compensation, stops; an image is twice as bright with each.
+    pub compensation_ev: f32,
+    /// Automatic exposure: smallest and largest exposure value at ISO 100. Both 0: 11 and 17.
+    pub ev_limits: [f32; 2],
+    /// Manual exposure: sensitivity, ISO 12232.
+    pub iso: f32,
+    /// Manual exposure: exposure time.
+    pub shutter_secs: f32,
+    /// Manual exposure: focal length divided by the diameter of the entrance pupil.
+    pub f_number: f32,
+    /// Share of the natural vignetting (the fourth power of the cosine of the angle from the axis), 0 to 1.
+    pub vignette: f32,
+    /// Share of the light that the lens scatters around each point, 0 to 1.
+    pub bloom: f32,
+    /// Standard deviation of the inner part of that light, as a share of the width of the image. 0: 0.01.
+    pub bloom_radius: f32,
+    /// Share by which the red image is larger than the green one, and the green one than the blue one.
+    pub chromatic_aberration: f32,
+    /// Electrons in a pixel of exposed radiance 1 at ISO 100. 0: no noise.
+    pub white_electrons: f32,
+    /// Standard deviation of the noise of reading a pixel, electrons.
+    pub read_electrons: f32,
+    /// Colour temperature of the light that is shown white, kelvin. 0: 6500.
+    pub temperature_k: f32,
+    /// Offset of that light towards magenta, -1 to 1.
+    pub tint: f32,
+    /// The image is encoded with the power 1 / gamma. 0: with the curve of sRGB.
+    pub gamma: f32,
+    /// Slope, toe, shoulder, black clip and white clip of Unreal's filmic tone curve. All 0: the tone curve
+    /// of cameras without effects.
+    pub filmic: [f32; 5],
+    /// Rolling shutter: time from the reading of the first row to that of the last, which is the time of the
+    /// frame. It bends every image of the camera.
+    pub readout_secs: f32,
+    /// Motion blur: time before that of the frame during which each row is exposed. 0: an instant.
+    pub blur_secs: f32,
+    /// Diameter of the entrance pupil, metres, which gives the depth of field. 0: everything is sharp.
+    pub aperture_m: f32,
+    /// Distance along the optical axis of what is sharp, metres.
+    pub focus_m: f32,
+}
+
+impl OmnibusEffects {
+    fn checked(&self) -> Result<CameraEffects, Fault> {
+        let given = |value: f32| Some(value).filter(|value| *value != 0.0);
+        let exposure = match self.exposure {
+            OMNIBUS_EXPOSURE_WEATHER => Exposure::Weather,
+            OMNIBUS_EXPOSURE_AUTOMATIC if self.ev_limits == [0.0; 2] => Exposure::AUTOMATIC,
+            OMNIBUS_EXPOSURE_AUTOMATIC => {
+                let [ev_min, ev_max] = self.ev_limits;
+                Exposure::Automatic { ev_min, ev_max }
+            }
+            OMNIBUS_EXPOSURE_MANUAL => Exposure::Manual {
+                iso: self.iso,
+                shutter_secs: self.shutter_secs,
+                f_number: self.f_number,
+            },
+            other => {
+                return Err(Fault::argument(format!(
+                    "effects.exposure is {other}, not 0 (weather), 1 (automatic) or 2 (manual)"
+                )));
+            }
+        };
+        let none = CameraEffects::NONE;
+        let [slope, toe, shoulder, black_clip, white_clip] = self.filmic;
+        let tone_curve = if self.filmic == [0.0; 5] {
+            ToneCurve::Aces
+        } else {
+            ToneCurve::Filmic { slope, toe, shoulder, black_clip, white_clip }
+        };
+        Ok(none
+            .exposure(exposure)
+            .compensation_ev(self.compensation_ev)
+            .vignette(self.vignette)
+            .bloom(self.bloom)
+            .bloom_radius(given(self.bloom_radius).unwrap_or(none.bloom_radius))
+            .chromatic_aberration(self.chromatic_aberration)
+            .white_electrons(given(self.white_electrons))
+            .read_electrons(self.read_electrons)
+            .temperature_k(given(self.temperature_k).unwrap_or(none.temperature_k))
+            .tint(self.tint)
+            .gamma(given(self.gamma))
+            .tone_curve(tone_curve)
+            .readout_secs(self.readout_secs)
+            .blur_secs(self.blur_secs)
+            .aperture_m(self.aperture_m)
+            .focus_m(self.focus_m))
+    }
+}
+
 /// A camera; pixel (0, 0) is at the top left.
 #[derive(Clone, Copy)]
 #[repr(C)]
@@ -116,6 +219,8 @@ pub struct OmnibusCamera {
     pub held_max: u32,
     /// Lens.
     pub lens: OmnibusLens,
+    /// Effects on the colour image.
+    pub effects: OmnibusEffects,
 }
 
 /// A lidar without noise that measures its whole field of view in every frame.
@@ -250,7 +355,7 @@ pub extern "C" fn omnibus_create_camera(
     bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
 ) -> OmnibusStatus {
     call("omnibus_create_camera", || {
-        let OmnibusCamera { pose, width, height, fov_rad, outputs, held_max, lens } =
+        let OmnibusCamera { pose, width, height, fov_rad, outputs, held_max, lens, effects } =
             *camera.ok_or_else(|| Fault::null("camera"))?;
         let outputs = CameraOutputs::from_bits(outputs).ok_or_else(|| unknown_outputs(outputs))?;
         let intrinsics = ([lens.focal_px, lens.center_px] != [[0.0; 2]; 2])
@@ -258,7 +363,8 @@ pub extern "C" fn omnibus_create_camera(
         let options = CameraOptions::new(width, height, fov_rad)
             .outputs(outputs)
             .intrinsics(intrinsics)
-            .lens(lens.checked()?);
+            .lens(lens.checked()?)
+            .effects(effects.checked()?);
         let sensor = Sensor::new(text(name, "name")?, pose.checked("pose")?, options);
         create(client, parent, sensor, held_max, bundle)
     })

@@ -3,9 +3,9 @@
 use std::time::Duration;
 
 use client_lib::{
-    CameraOptions, CameraOutputs, GnssOptions, ImuOptions, Intrinsics, Lens, LidarOptions,
-    LidarOutputs, ObstacleOptions, OdometryOptions, PointAttribute, Quality, Sensor, SensorKind,
-    glam::Vec3,
+    CameraEffects, CameraOptions, CameraOutputs, Exposure, GnssOptions, ImuOptions, Intrinsics,
+    Lens, LidarOptions, LidarOutputs, ObstacleOptions, OdometryOptions, PointAttribute, Quality,
+    Sensor, SensorKind, ToneCurve, glam::Vec3,
 };
 use pyo3::{exceptions::PyValueError, prelude::*};
 
@@ -131,7 +131,63 @@ fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {
     let intrinsics: Option<[f32; 4]> = fields.get("intrinsics_px")?;
     let intrinsics = intrinsics.map(|[fx, fy, cx, cy]| Intrinsics::new([fx, fy], [cx, cy]));
     let lens = lens(&Fields(&fields.0.getattr("lens")?))?;
-    Ok(options.outputs(outputs).quality(quality).intrinsics(intrinsics).lens(lens))
+    let effects = effects(&Fields(&fields.0.getattr("effects")?))?;
+    let options = options.outputs(outputs).quality(quality).intrinsics(intrinsics).lens(lens);
+    Ok(options.effects(effects))
+}
+
+fn effects(fields: &Fields<'_, '_>) -> PyResult<CameraEffects> {
+    if fields.0.is_none() {
+        return Ok(CameraEffects::NONE);
+    }
+    let exposure: String =
+        fields.0.getattr("exposure").and_then(|exposure| exposure.extract()).map_err(|_| {
+            let given = fields.0;
+            PyValueError::new_err(format!(
+                "{given} is no effects; use CameraEffects of omnibus.sensors, or None"
+            ))
+        })?;
+    let exposure = match exposure.as_str() {
+        "weather" => Exposure::Weather,
+        "automatic" => {
+            let [ev_min, ev_max] = fields.get("ev_limits")?;
+            Exposure::Automatic { ev_min, ev_max }
+        }
+        "manual" => Exposure::Manual {
+            iso: fields.get("iso")?,
+            shutter_secs: fields.get("shutter_secs")?,
+            f_number: fields.get("f_number")?,
+        },
+        other => {
+            return Err(PyValueError::new_err(format!(
+                "unknown exposure {other:?}; use weather, automatic or manual"
+            )));
+        }
+    };
+    let filmic: Option<[f32; 5]> = fields.get("filmic")?;
+    let tone_curve = match filmic {
+        None => ToneCurve::Aces,
+        Some([slope, toe, shoulder, black_clip, white_clip]) => {
+            ToneCurve::Filmic { slope, toe, shoulder, black_clip, white_clip }
+        }
+    };
+    Ok(CameraEffects::NONE
+        .exposure(exposure)
+        .compensation_ev(fields.get("compensation_ev")?)
+        .vignette(fields.get("vignette")?)
+        .bloom(fields.get("bloom")?)
+        .bloom_radius(fields.get("bloom_radius")?)
+        .chromatic_aberration(fields.get("chromatic_aberration")?)
+        .white_electrons(fields.get("white_electrons")?)
+        .read_electrons(fields.get("read_electrons")?)
+        .temperature_k(fields.get("temperature_k")?)
+        .tint(fields.get("tint")?)
+        .gamma(fields.get("gamma")?)
+        .tone_curve(tone_curve)
+        .readout_secs(fields.get("readout_secs")?)
+        .blur_secs(fields.get("blur_secs")?)
+        .aperture_m(fields.get("aperture_m")?)
+        .focus_m(fields.get("focus_m")?))
 }
 
 fn lens(fields: &Fields<'_, '_>) -> PyResult<Lens> {

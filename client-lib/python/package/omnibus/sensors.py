@@ -51,6 +51,52 @@ class Fisheye:
 
 
 @dataclass(frozen=True)
+class CameraEffects:
+    """What optics, sensor and processing of a camera do to its color image; without parameters, nothing.
+    docs/sensors.md has the formulas."""
+
+    #: What the brightness follows: the weather, the image itself, or ``iso``, ``shutter_secs`` and
+    #: ``f_number``.
+    exposure: Literal["weather", "automatic", "manual"] = "weather"
+    #: Stops; an image is twice as bright with each.
+    compensation_ev: float = 0.0
+    #: Automatic exposure: smallest and largest exposure value at ISO 100.
+    ev_limits: tuple[float, float] = (11.0, 17.0)
+    #: Manual exposure.
+    iso: float = 100.0
+    shutter_secs: float = 0.001
+    f_number: float = 5.6
+    #: Share of the natural vignetting, cos⁴ of the angle from the axis.
+    vignette: float = 0.0
+    #: Share of the light that the lens scatters around each point.
+    bloom: float = 0.0
+    #: Standard deviation of the inner part of that light, as a share of the width of the image.
+    bloom_radius: float = 0.01
+    #: Share by which the red image is larger than the green one, and that than the blue one.
+    chromatic_aberration: float = 0.0
+    #: Electrons in a pixel of exposed radiance 1 at ISO 100; None: no noise.
+    white_electrons: float | None = None
+    #: Standard deviation of the noise of reading a pixel, in electrons.
+    read_electrons: float = 0.0
+    #: Color temperature of the light that is shown white, and its offset towards magenta, −1 to 1.
+    temperature_k: float = 6500.0
+    tint: float = 0.0
+    #: Encoding with the power 1 / gamma; None: the curve of sRGB.
+    gamma: float | None = None
+    #: Slope, toe, shoulder, black clip and white clip of Unreal's filmic tone curve; None: that of cameras
+    #: without effects.
+    filmic: tuple[float, float, float, float, float] | None = None
+    #: Rolling shutter: time from the reading of the first row to that of the last, which is the time of the
+    #: frame. It bends every image of the camera.
+    readout_secs: float = 0.0
+    #: Motion blur: time before that of the frame during which each row is exposed.
+    blur_secs: float = 0.0
+    #: Depth of field: diameter of the entrance pupil (0: everything is sharp), and distance of what is sharp.
+    aperture_m: float = 0.0
+    focus_m: float = 0.0
+
+
+@dataclass(frozen=True)
 class Camera:
     """A camera; without ``lens`` a pinhole."""
 
@@ -71,6 +117,8 @@ class Camera:
     #: fx, fy, cx, cy of a calibration. The centre of pixel (0, 0) lies at (0.5, 0.5): add 0.5 to cx and cy of
     #: OpenCV and ROS. None: by ``fov_rad``, with the principal point in the middle of the image.
     intrinsics_px: tuple[float, float, float, float] | None = None
+    #: Effects on the color image; None: none.
+    effects: CameraEffects | None = None
     kind: ClassVar[str] = "camera"
 
     @property
