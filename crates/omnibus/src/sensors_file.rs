@@ -1,13 +1,17 @@
 //! Sensors as TOML files describe them: the sets of `--sensors`, and the plans of collections.
 
+mod effects;
+
 use std::{path::Path, str::FromStr};
 
 use anyhow::{Context, anyhow, ensure};
 use client_lib::Radar;
 use glam::{EulerRot, Quat, Vec3};
-use protocol::{LensSpec, Pose, Projection, SensorSpec, lens_model, output, quality};
+use protocol::{EffectsSpec, LensSpec, Pose, Projection, SensorSpec, lens_model, output, quality};
 use sensor_render::Quality;
 use serde::{Deserialize, Serialize};
+
+use effects::EffectsEntry;
 
 /// The file: a list of `[[sensor]]`.
 #[derive(Debug, Deserialize)]
@@ -56,6 +60,8 @@ pub(crate) struct SensorEntry {
     /// Rays per pixel of the colour image: low, standard or epic.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     quality: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    effects: Option<EffectsEntry>,
     #[serde(default = "default_outputs")]
     outputs: Vec<String>,
     #[serde(default = "default_channels")]
@@ -326,8 +332,12 @@ impl SensorEntry {
                 };
                 let [width, height] = [self.width_px, self.height_px];
                 let spec = client_lib::wire::camera(name, pose, width, height, fov_rad, outputs);
-                let spec = SensorSpec { quality, lens: self.lens()?, ..spec };
-                Projection::check(&spec).map_err(|why| anyhow!("sensor {name:?}: {why}"))?;
+                let effects =
+                    self.effects.as_ref().map_or_else(EffectsSpec::default, EffectsEntry::spec);
+                let spec = SensorSpec { quality, lens: self.lens()?, effects, ..spec };
+                Projection::check(&spec)
+                    .and_then(|()| effects.check())
+                    .map_err(|why| anyhow!("sensor {name:?}: {why}"))?;
                 spec
             }
             Kind::Lidar => {
@@ -418,6 +428,11 @@ mod tests {
                  coefficients = [-2.0] }\n",
                 "sensor \"a\": its polynomial falls from",
             ),
+            (
+                "[[sensor]]\nname = \"a\"\nkind = \"camera\"\neffects = { exposure = \"manual\" }\n",
+                "sensor \"a\": iso is 0, not 1 to 1000000",
+            ),
+            ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\neffects = { glow = 1.0 }\n", "glow"),
             (
                 "[[sensor]]\nname = \"a\"\nkind = \"camera\"\nquality = \"high\"\n",
                 "sensor \"a\": quality is \"high\"; use low, standard or epic",
