@@ -119,6 +119,7 @@ CHECKS = [
     effects_cosmos.empty_actors,
     effects_world.episodes,
     effects_map.every_lane_and_sign,
+    effects_sensors.effects_of_cameras,
 ]
 
 

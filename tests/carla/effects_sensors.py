@@ -57,6 +57,48 @@ def cameras(c):
 
 
 @check
+def effects_of_cameras(c):
+    size = {"image_size_x": 160, "image_size_y": 120}
+    car = c.car()
+    cameras = {name: c.sensor("sensor.camera.rgb", car, **size, **attributes) for name, attributes in {
+        "plain": {},
+        "defaults": {"exposure_mode": "histogram", "bloom_intensity": 0.675, "fstop": 1.4},
+        "off": {"enable_postprocess_effects": "False", "temp": 3000, "exposure_compensation": 2},
+        "brighter": {"exposure_compensation": 1},
+        "manual": {"exposure_mode": "manual", "iso": 100, "shutter_speed": 128, "fstop": 4},
+        "darker": {"exposure_mode": "manual", "iso": 50, "shutter_speed": 128, "fstop": 4},
+        "automatic": {"exposure_min_bright": 20, "exposure_max_bright": 21},
+        "gamma": {"gamma": 3.0},
+        "cold": {"temp": 3000},
+        "green": {"tint": 0.8},
+        "steep": {"slope": 1.6},
+        "bloom": {"bloom_intensity": 4},
+        "fringe": {"chromatic_aberration_intensity": 4},
+        "near": {"focal_distance": 20, "fstop": 1.2},
+    }.items()}
+    for _ in range(3):
+        c.world.tick()
+        seen = {name: pixels(measured.get(timeout=TIMEOUT)).astype(np.float64)
+                for name, (_, measured) in cameras.items()}
+    plain = seen["plain"]
+    assert (seen["defaults"] == plain).all() and (seen["off"] == plain).all()
+    mean = {name: image[:, :, :3].mean() for name, image in seen.items()}
+    assert mean["brighter"] > 1.15 * mean["plain"] and mean["gamma"] > 1.1 * mean["plain"], mean
+    near(mean["manual"], mean["plain"], 25.0)
+    assert mean["darker"] < 0.85 * mean["manual"] and mean["automatic"] < 0.2 * mean["plain"], mean
+    blue, green, red = (seen["cold"][:, :, channel].mean() for channel in range(3))
+    assert blue / red > 1.2 * plain[:, :, 0].mean() / plain[:, :, 2].mean()
+    green = seen["green"][:, :, 1].mean() / seen["green"][:, :, 2].mean()
+    assert green > 1.05 * plain[:, :, 1].mean() / plain[:, :, 2].mean()
+    assert seen["steep"][:, :, :3].std() > 1.05 * plain[:, :, :3].std()
+    for name in ("bloom", "fringe", "near"):
+        assert (abs(seen[name] - plain) > 8).any(axis=2).mean() > 0.01, name
+    for sensor, _ in cameras.values():
+        sensor.destroy()
+    car.destroy()
+
+
+@check
 def lidars_and_radar(c):
     car = c.car()
     lidar = c.sensor("sensor.lidar.ray_cast", car, channels=32, range=50, dropoff_general_rate=0,

@@ -14,6 +14,7 @@ mod arguments;
 mod blueprints;
 mod bridge;
 mod calls;
+mod camera_effects;
 pub mod carla_log;
 mod connections;
 mod cosmos;

@@ -12,7 +12,7 @@ use client_lib::{
 };
 
 use crate::{
-    args::RpcError, physics_sensors, sensor_kind::Kind, stream::Streams, textures,
+    args::RpcError, camera_effects, physics_sensors, sensor_kind::Kind, stream::Streams, textures,
     wire::Description,
 };
 
@@ -123,14 +123,21 @@ impl Sensor {
             | Kind::Normals
             | Kind::Flow
             | Kind::Events
-            | Kind::Cosmos => camera(
-                "camera",
-                parent_from_sensor,
-                number("image_size_x", 800.0)? as u32,
-                number("image_size_y", 600.0)? as u32,
-                number("fov", 90.0)?.clamp(1.0, 170.0).to_radians(),
-                self.kind.outputs(),
-            ),
+            | Kind::Cosmos => {
+                let spec = camera(
+                    "camera",
+                    parent_from_sensor,
+                    number("image_size_x", 800.0)? as u32,
+                    number("image_size_y", 600.0)? as u32,
+                    number("fov", 90.0)?.clamp(1.0, 170.0).to_radians(),
+                    self.kind.outputs(),
+                );
+                if self.kind == Kind::Rgb {
+                    SensorSpec { effects: camera_effects::effects(d)?, ..spec }
+                } else {
+                    spec
+                }
+            }
             Kind::Lidar | Kind::SemanticLidar => {
                 let secs = delta_nanos.max(self.period_nanos) as f32 * 1e-9;
                 let channels = number("channels", 32.0)?.clamp(1.0, 1024.0);
