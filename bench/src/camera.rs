@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_PI_2, TAU};
 
 use client_lib::{
     ActorId, Client, Pose, clock,
-    wire::{SensorSpec, camera, lidar, output, quality, tracer},
+    wire::{EffectsSpec, SensorSpec, camera, exposure, lidar, output, quality, tracer},
 };
 use glam::{Quat, Vec3};
 
@@ -20,10 +20,11 @@ const ROUNDS: usize = 3;
 /// Measurements of a new bundle that are discarded because they touch its memory first.
 const WARM_UP: usize = 4;
 const DRIVEN_FRAMES: usize = 100;
-const GPU_NAMES: [&str; 5] = [
+const GPU_NAMES: [&str; 6] = [
     "camera.gpu.800x600",
     "camera.gpu.800x600.standard",
     "camera.gpu.800x600.epic",
+    "camera.gpu.800x600.standard.effects",
     "camera.gpu.84x84x1024",
     "camera.gpu.1600x900x6",
 ];
@@ -46,6 +47,8 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     street.take(effort, sink, &single("camera.cpu.800x600", quality::LOW, &poses))?;
     street.take(effort, sink, &single("camera.cpu.800x600.standard", quality::STANDARD, &poses))?;
     street.take(effort, sink, &single("camera.cpu.800x600.epic", quality::EPIC, &poses))?;
+    let name = "camera.cpu.800x600.standard.effects";
+    street.take(effort, sink, &with_effects(name, &poses))?;
     street.take(effort, sink, &small("camera.cpu.84x84x64", &poses, 4))?;
     drop(street);
     let mut street = Street::start(effort, "auto")?;
@@ -56,8 +59,9 @@ pub(crate) fn measure(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
     street.take(effort, sink, &single(GPU_NAMES[0], quality::LOW, &poses))?;
     street.take(effort, sink, &single(GPU_NAMES[1], quality::STANDARD, &poses))?;
     street.take(effort, sink, &single(GPU_NAMES[2], quality::EPIC, &poses))?;
-    street.take(effort, sink, &small(GPU_NAMES[3], &poses, 64))?;
-    street.take(effort, sink, &ring(GPU_NAMES[4], &poses))
+    street.take(effort, sink, &with_effects(GPU_NAMES[3], &poses))?;
+    street.take(effort, sink, &small(GPU_NAMES[4], &poses, 64))?;
+    street.take(effort, sink, &ring(GPU_NAMES[5], &poses))
 }
 
 /// Measures the lidar figures.
@@ -90,6 +94,22 @@ fn single(name: &'static str, quality: u32, poses: &[Pose]) -> Job {
         count: 1.0,
         text: "800x600 colour, one camera".to_owned(),
     }
+}
+
+/// Returns the job of one camera at a time with exposure by the image, bloom, vignetting and noise.
+fn with_effects(name: &'static str, poses: &[Pose]) -> Job {
+    let effects = EffectsSpec {
+        exposure: exposure::AUTOMATIC,
+        bloom: 0.06,
+        vignette: 0.6,
+        white_electrons: 8000.0,
+        read_electrons: 6.0,
+        ..EffectsSpec::default()
+    };
+    let mut job = single(name, quality::STANDARD, poses);
+    job.bundles.iter_mut().flatten().for_each(|spec| spec.effects = effects);
+    job.text = "800x600 colour with effects, one camera".to_owned();
+    job
 }
 
 /// Returns the job of many small cameras in one bundle: from every pose into `turns` directions.
