@@ -53,6 +53,9 @@ mod outcome;
 mod pending_tick;
 mod queries;
 mod radar;
+mod radar_rays;
+mod radar_receiver;
+mod radar_walls;
 mod rays;
 mod readings;
 mod recorder;
@@ -118,6 +121,8 @@ pub use protocol::{
 };
 pub use queries::Queries;
 pub use radar::{Radar, RadarDetection};
+pub use radar_rays::RadarRays;
+pub use radar_receiver::{RadarReceiver, RadarTarget};
 pub use rays::{RayGrid, RayHit};
 pub use readings::{
     Collision, Corner, DetectedObject, Gnss, Imu, LaneInvasion, LaneSide, Obstacle, Odometry,

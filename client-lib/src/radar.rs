@@ -8,9 +8,9 @@ use std::f32::consts::TAU;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use mesh::RandomStream;
-use protocol::{ActorId, Plane, Pose, SensorSpec};
+use protocol::{ActorId, Plane, Pose, SensorSpec, output};
 
-use crate::wire;
+use crate::{Measurement, radar_rays::RadarRays, wire};
 
 /// Angle between the rays of the grid: a quarter of a degree. Radians.
 const STEP_RAD: f32 = 0.25 * TAU / 360.0;
@@ -57,6 +57,18 @@ impl Radar {
             self.range_m,
         );
         SensorSpec { fov_rad: horizontal, ..spec }
+    }
+
+    /// Returns what the rays of sensor `sensor` of a bundle, a [`Radar::grid`], met; `None` if it did not
+    /// measure.
+    #[must_use]
+    pub fn rays<'a>(&self, measured: &'a Measurement, sensor: usize) -> Option<RadarRays<'a>> {
+        Some(RadarRays {
+            plane: measured.plane(sensor, output::POINTS)?,
+            fov_rad: self.fov_rad,
+            points: measured.points(sensor)?,
+            labels: measured.labels(sensor)?,
+        })
     }
 
     /// Returns the detections of a measurement of [`Radar::grid`] at a simulated time: its plane of
