@@ -167,6 +167,11 @@ bitflags! {
         const POINTS = output::POINTS;
         /// Instance and tag, 2 u32.
         const LABELS = output::LABELS;
+        /// As [`LidarOutputs::POINTS`], of the last return of each ray, or of the second strongest if the
+        /// last is the strongest.
+        const LAST_POINTS = output::LAST_POINTS;
+        /// Instance and tag of these.
+        const LAST_LABELS = output::LAST_LABELS;
     }
 }
 

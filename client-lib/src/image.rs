@@ -157,14 +157,14 @@ impl Measurement {
     #[must_use]
     pub fn point_cloud(&self, sensor: usize) -> Option<PointCloud<'_>> {
         let plane = self.plane(sensor, output::POINTS)?;
-        Some(PointCloud {
-            columns: plane.width,
-            channels: plane.height,
-            first_azimuth_rad: plane.first_azimuth_rad,
-            world_from_sensor: plane.world_from_sensor,
-            points: self.points(sensor)?,
-            labels: self.labels(sensor).unwrap_or_default(),
-        })
+        Some(cloud(plane, self.points(sensor)?, self.labels(sensor)))
+    }
+
+    /// The last returns of lidar `sensor`, as [`Measurement::last_points`].
+    #[must_use]
+    pub fn last_point_cloud(&self, sensor: usize) -> Option<PointCloud<'_>> {
+        let plane = self.plane(sensor, output::LAST_POINTS)?;
+        Some(cloud(plane, self.last_points(sensor)?, self.last_labels(sensor)))
     }
 
     fn image<T: bytemuck::Pod>(&self, sensor: usize, output: u32) -> Option<Image<'_, T>> {
@@ -176,6 +176,21 @@ impl Measurement {
         let intrinsics = Intrinsics::new(focal_px, center_px);
         let data = bytemuck::cast_slice(self.data(sensor, output)?);
         Some(Image { width, height, intrinsics, projection, world_from_sensor, data })
+    }
+}
+
+fn cloud<'a>(
+    plane: &Plane,
+    points: &'a [[f32; 4]],
+    labels: Option<&'a [[u32; 2]]>,
+) -> PointCloud<'a> {
+    PointCloud {
+        columns: plane.width,
+        channels: plane.height,
+        first_azimuth_rad: plane.first_azimuth_rad,
+        world_from_sensor: plane.world_from_sensor,
+        points,
+        labels: labels.unwrap_or_default(),
     }
 }
 

@@ -159,6 +159,19 @@ impl Measurement {
         self.data(sensor, output::LABELS).map(bytemuck::cast_slice)
     }
 
+    /// Returns the points of the last returns, see [`LidarOutputs`](crate::LidarOutputs); zeros where
+    /// there is but one return.
+    #[must_use]
+    pub fn last_points(&self, sensor: usize) -> Option<&[[f32; 4]]> {
+        self.data(sensor, output::LAST_POINTS).map(bytemuck::cast_slice)
+    }
+
+    /// Returns instance and semantic tag of each of the last returns.
+    #[must_use]
+    pub fn last_labels(&self, sensor: usize) -> Option<&[[u32; 2]]> {
+        self.data(sensor, output::LAST_LABELS).map(bytemuck::cast_slice)
+    }
+
     /// Returns the readings of one physics sensor in the protocol's layout. The typed way is the
     /// method of the sensor's kind, as [`Measurement::imu`] and [`Measurement::collisions`].
     #[must_use]

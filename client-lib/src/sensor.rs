@@ -197,8 +197,8 @@ impl From<Sensor> for SensorSpec {
 mod tests {
     use glam::{Quat, Vec3};
     use protocol::{
-        CamSpec, GnssSpec, ImuSpec, MessageSpec, ObstacleSpec, OdometrySpec, RadioSpec, geodesy,
-        output, point_attribute, radio,
+        CamSpec, GnssSpec, ImuSpec, LidarSpec, MessageSpec, ObstacleSpec, OdometrySpec, RadioSpec,
+        geodesy, lidar_flag, output, point_attribute, radio,
     };
 
     use super::*;
@@ -248,7 +248,10 @@ mod tests {
             .dropoff(0.1)
             .attenuation_per_m(0.01)
             .rotation_rate_hz(Some(10.0))
-            .point_attribute(PointAttribute::CosIncidence);
+            .point_attribute(PointAttribute::CosIncidence)
+            .sweep(true)
+            .weather(true)
+            .divergence_rad(0.003);
         assert_same(
             Sensor::lidar("roof", mast(), options),
             SensorSpec {
@@ -259,8 +262,21 @@ mod tests {
                 attenuation_per_m: 0.01,
                 rotation_rate_hz: 10.0,
                 point_attribute: point_attribute::COS_INCIDENCE,
+                lidar: LidarSpec {
+                    flags: lidar_flag::SWEEP | lidar_flag::WEATHER,
+                    divergence_rad: 0.003,
+                    ..LidarSpec::default()
+                },
                 ..wire
             },
+        );
+        let table = [0.1, -0.05, -0.3];
+        let options = LidarOptions::new(9, 360, [0.0; 2], 80.0).prism_hz(Some([100.0, -63.0]));
+        let mut beams = LidarSpec { prism_hz: [100.0, -63.0], ..LidarSpec::default() };
+        beams.set_elevations(&table);
+        assert_same(
+            Sensor::lidar("roof", mast(), options.elevations(Some(table[..].into()))),
+            SensorSpec { lidar: beams, ..lidar("roof", mast(), 3, 360, [-0.3, 0.1], 80.0) },
         );
     }
 

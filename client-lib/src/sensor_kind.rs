@@ -1,6 +1,9 @@
 //! The kinds of sensors, each with its parameters.
 
-use protocol::{CollisionSpec, LaneInvasionSpec, LensSpec, MessageSpec, Pose, SensorSpec, sensor};
+use protocol::{
+    CollisionSpec, LaneInvasionSpec, LensSpec, LidarSpec, MessageSpec, Pose, SensorSpec,
+    lidar_flag, sensor,
+};
 
 use crate::{
     CameraOptions, GnssOptions, ImuOptions, LidarOptions, ObstacleOptions, OdometryOptions,
@@ -10,6 +13,7 @@ use crate::{
 /// The kind of a [`Sensor`](crate::Sensor), with the parameters of that kind.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
+#[expect(clippy::large_enum_variant, reason = "a lidar has a table of elevations")]
 pub enum SensorKind {
     /// A camera.
     Camera(CameraOptions),
@@ -53,22 +57,7 @@ impl SensorKind {
                 }),
                 ..SensorSpec::default()
             },
-            SensorKind::Lidar(lidar) => SensorSpec {
-                kind: sensor::LIDAR,
-                outputs: lidar.outputs.bits(),
-                width: lidar.columns,
-                height: lidar.channels,
-                fov_rad: lidar.fov_rad,
-                upper_rad: lidar.upper_rad,
-                lower_rad: lidar.lower_rad,
-                range_m: lidar.range_m,
-                attenuation_per_m: lidar.attenuation_per_m,
-                noise_m: lidar.noise_m,
-                dropoff: lidar.dropoff,
-                rotation_rate_hz: lidar.rotation_rate_hz.unwrap_or(0.0),
-                point_attribute: lidar.point_attribute as u32,
-                ..SensorSpec::default()
-            },
+            SensorKind::Lidar(lidar) => of_lidar(lidar),
             SensorKind::Imu(imu) => SensorSpec::physics("", at, &imu.wire()),
             SensorKind::Gnss(gnss) => SensorSpec::physics("", at, &gnss.wire()),
             SensorKind::Odometry(odometry) => SensorSpec::physics("", at, &odometry.wire()),
@@ -80,6 +69,42 @@ impl SensorKind {
                 SensorSpec::physics("", at, &MessageSpec { radio: radio.wire() })
             }
         }
+    }
+}
+
+fn of_lidar(lidar: &LidarOptions) -> SensorSpec {
+    let mut beams = LidarSpec {
+        divergence_rad: lidar.divergence_rad,
+        prism_hz: lidar.prism_hz.unwrap_or_default(),
+        ..LidarSpec::default()
+    };
+    for (flag, is_on) in [(lidar_flag::SWEEP, lidar.sweep), (lidar_flag::WEATHER, lidar.weather)] {
+        beams.flags |= if is_on { flag } else { 0 };
+    }
+    let (mut channels, mut between) = (lidar.channels, [lidar.lower_rad, lidar.upper_rad]);
+    if let Some(elevations) = &lidar.elevations {
+        beams.set_elevations(elevations.rad());
+        channels = elevations.count() as u32;
+        if let (Some(upper), Some(lower)) = (elevations.rad().first(), elevations.rad().last()) {
+            between = [*lower, *upper];
+        }
+    }
+    SensorSpec {
+        kind: sensor::LIDAR,
+        outputs: lidar.outputs.bits(),
+        width: lidar.columns,
+        height: channels,
+        fov_rad: lidar.fov_rad,
+        upper_rad: between[1],
+        lower_rad: between[0],
+        range_m: lidar.range_m,
+        attenuation_per_m: lidar.attenuation_per_m,
+        noise_m: lidar.noise_m,
+        dropoff: lidar.dropoff,
+        rotation_rate_hz: lidar.rotation_rate_hz.unwrap_or(0.0),
+        point_attribute: lidar.point_attribute as u32,
+        lidar: beams,
+        ..SensorSpec::default()
     }
 }
 

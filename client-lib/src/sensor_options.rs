@@ -5,7 +5,9 @@ use std::{f32::consts::TAU, time::Duration};
 use glam::Vec3;
 use protocol::{GnssSpec, ImuSpec, ObstacleSpec, OdometrySpec, geodesy, point_attribute, quality};
 
-use crate::{CameraEffects, CameraOutputs, Intrinsics, Lens, LidarOutputs, options::options};
+use crate::{
+    CameraEffects, CameraOutputs, Elevations, Intrinsics, Lens, LidarOutputs, options::options,
+};
 
 options! {
     /// Parameters of a camera.
@@ -101,6 +103,9 @@ options! {
         lower_rad: f32,
         /// Elevation of the highest channel, radians, positive upwards.
         upper_rad: f32,
+        /// Elevation of each channel; `None`: they are spaced equally. If given, they are as many as there
+        /// are channels, and `channels`, `lower_rad` and `upper_rad` have no effect.
+        elevations: Option<Elevations>,
         /// Longest range, metres.
         range_m: f32,
         /// Standard deviation of the range, along the ray, metres.
@@ -111,6 +116,18 @@ options! {
         attenuation_per_m: f32,
         /// Revolutions per second; `None`: the whole field of view at one instant in every frame.
         rotation_rate_hz: Option<f32>,
+        /// Turns per second of the two prisms of a Risley scanner, whose beams draw a rosette with the
+        /// diameter `fov_rad`; `None`: columns and channels. The beams are numbered in the order of time.
+        prism_hz: Option<[f32; 2]>,
+        /// Whether each column starts where the sensor was at the time of the column: points are then in
+        /// sensor space at that time, as those of a real lidar before its motion is compensated. Needs
+        /// `rotation_rate_hz` or `prism_hz`.
+        sweep: bool,
+        /// Full angle of the cone of a beam, radians, at most 0.1; 0: a ray. A wide beam has seven rays and
+        /// can have several returns.
+        divergence_rad: f32,
+        /// Whether fog and rain of the simulated weather attenuate pulses and reflect them.
+        weather: bool,
         /// The fourth number of a point.
         point_attribute: PointAttribute,
         /// What it gives for each ray.
@@ -134,13 +151,18 @@ impl LidarOptions {
             fov_rad: TAU,
             lower_rad,
             upper_rad,
+            elevations: None,
             range_m,
             noise_m: 0.0,
             dropoff: 0.0,
             attenuation_per_m: 0.004,
             rotation_rate_hz: None,
+            prism_hz: None,
+            sweep: false,
+            divergence_rad: 0.0,
+            weather: false,
             point_attribute: PointAttribute::Intensity,
-            outputs: LidarOutputs::all(),
+            outputs: LidarOutputs::POINTS | LidarOutputs::LABELS,
         }
     }
 }

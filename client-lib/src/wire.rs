@@ -7,16 +7,16 @@ mod sensors;
 
 pub use protocol::{
     ActorState, ApplyForce, Autopilot, BlendPose, BundleHeader, CamReading, CamSpec,
-    CollisionReading, CollisionSpec, Command, EffectsSpec, Episode, EraseShapes, GnssReading,
-    GnssSpec, HideLayers, HideObjects, ImuReading, ImuSpec, JournalEntry, LaneInvasionReading,
-    LaneInvasionSpec, LensSpec, LoadMap, MessageReading, MessageSpec, Name, ObstacleReading,
-    ObstacleSpec, OdometryReading, OdometrySpec, Outcome, PhysicsSensorSpec, Plane, RadioSpec,
-    Reading, RouteCommand, RouteStep, STRIDE, SensorSpec, SetBones, SetDead, SetDoors, SetPhysics,
-    SetStreetLights, SetTrafficLight, SetVehicleLights, SetVelocity, SetWeatherAffectsGrip,
-    Settings, Shape, SnapshotHeader, Stamp, StandingState, StreetLightState, Switch, Teleport,
-    TrafficParam, Transmit, VehicleControl, WalkerLimbs, exposure, flag, geodesy, kind, lamp,
-    layer, lens_model, light, output, param, point_attribute, quality, radio, route_step, sensor,
-    shape, status, street_light, tracer,
+    CollisionReading, CollisionSpec, Command, ELEVATIONS_MAX, EffectsSpec, Episode, EraseShapes,
+    GnssReading, GnssSpec, HideLayers, HideObjects, ImuReading, ImuSpec, JournalEntry,
+    LaneInvasionReading, LaneInvasionSpec, LensSpec, LidarSpec, LoadMap, MessageReading,
+    MessageSpec, Name, ObstacleReading, ObstacleSpec, OdometryReading, OdometrySpec, Outcome,
+    PhysicsSensorSpec, Plane, RadioSpec, Reading, RouteCommand, RouteStep, STRIDE, SensorSpec,
+    SetBones, SetDead, SetDoors, SetPhysics, SetStreetLights, SetTrafficLight, SetVehicleLights,
+    SetVelocity, SetWeatherAffectsGrip, Settings, Shape, SnapshotHeader, Stamp, StandingState,
+    StreetLightState, Switch, Teleport, TrafficParam, Transmit, VehicleControl, WalkerLimbs,
+    exposure, flag, geodesy, kind, lamp, layer, lens_model, lidar_flag, light, output, param,
+    point_attribute, quality, radio, route_step, sensor, shape, status, street_light, tracer,
 };
 pub use sensors::{
     cam, camera, collision, gnss, imu, lane_invasion, lidar, message, obstacle, odometry,

@@ -5,8 +5,10 @@ use std::collections::BTreeMap;
 use bus::Writer;
 use protocol::{
     ActorId, ActorState, BundleHeader, BundleId, BundleReceipt, CreateBundle, EffectsSpec, Page,
-    Plane, Pose, SensorSpec, SnapshotHeader, output,
+    Plane, Pose, SensorSpec, SnapshotHeader, output, sensor,
 };
+
+use crate::lidar::sweeps;
 
 /// Writing end of the channel of one bundle.
 pub(crate) type BundleWriter = Writer<BundleHeader, Page>;
@@ -88,11 +90,12 @@ impl Bundles {
     }
 
     /// Returns whether any sensor depends on the motion since the previous frame: by optical flow, a rolling
-    /// shutter or motion blur.
+    /// shutter or motion blur of a camera, or the sweep of a lidar.
     pub(crate) fn needs_motion(&self) -> bool {
         let needs = |spec: &SensorSpec| {
             let EffectsSpec { readout_secs, blur_secs, .. } = spec.effects;
-            spec.outputs & output::FLOW != 0 || readout_secs > 0.0 || blur_secs > 0.0
+            let has_flow = spec.kind == sensor::CAMERA && spec.outputs & output::FLOW != 0;
+            has_flow || readout_secs > 0.0 || blur_secs > 0.0 || sweeps(spec)
         };
         self.bundles.values().any(|bundle| bundle.sensors.iter().any(needs))
     }

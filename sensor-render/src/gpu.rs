@@ -248,9 +248,13 @@ impl GpuTracer {
             });
             let [cameras, lidars, packing] = batch.groups;
             let drawn = if world.overlay.is_empty() { 0 } else { cameras };
+            let [plain, echoing] =
+                [false, true].map(|has| if batch.has_lidars(has) { lidars } else { 0 });
+            let trace_echoes = (echoing > 0).then(|| self.kernels.trace_echoes(&self.gpu.device));
             let others = [
                 (Some(draw_overlay), drawn),
-                (Some(trace_lidars), lidars),
+                (Some(trace_lidars), plain),
+                (trace_echoes, echoing),
                 (Some(pack_tags), packing),
             ];
             for (kernel, groups) in traced {

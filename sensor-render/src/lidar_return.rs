@@ -1,6 +1,18 @@
 use mesh::Material;
 
-use crate::rays::Lidar;
+/// Receiver of a lidar, the same for all beams.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Receiver {
+    pub(crate) range_m: f32,
+    /// Negative: points report the cosine of incidence.
+    pub(crate) attenuation_per_m: f32,
+    /// Standard deviation of the range.
+    pub(crate) noise_m: f32,
+    /// Share of dropped returns.
+    pub(crate) dropoff: f32,
+    /// Seed of the noise of this frame.
+    pub(crate) seed: u32,
+}
 
 /// Return of a laser pulse from a surface.
 ///
@@ -20,31 +32,44 @@ impl LidarReturn {
     /// Returns the return of beam number `beam` from a surface at distance `t` in metres, whose
     /// normal makes an angle with the given cosine with the beam; `None` if the return is dropped.
     pub(crate) fn of(
-        lidar: &Lidar,
+        receiver: &Receiver,
         beam: u32,
         t: f32,
         cosine: f32,
         material: u8,
     ) -> Option<LidarReturn> {
-        let start = mixed(lidar.seed ^ beam);
+        let start = mixed(receiver.seed ^ beam);
         let [a, b, c] = [1, 2, 3].map(|step| mixed(start.wrapping_add(step)));
-        if (a >> 8) as f32 * (1.0 / 16_777_216.0) < lidar.dropoff {
+        if (a >> 8) as f32 * (1.0 / 16_777_216.0) < receiver.dropoff {
             return None;
         }
-        // The sum of four uniform numbers approximates a normal distribution and never exceeds 3.5
-        // standard deviations.
-        let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
-        let noise = (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8;
-        if lidar.attenuation_per_m < 0.0 {
-            let distance_m = t + noise * lidar.noise_m;
+        let noise = normal(b, c);
+        if receiver.attenuation_per_m < 0.0 {
+            let distance_m = t + noise * receiver.noise_m;
             return Some(LidarReturn { distance_m, intensity: cosine.clamp(1e-6, 1.0) });
         }
-        let [reflectivity, diffuse] =
-            REFLECTIVITIES[usize::from(material).min(REFLECTIVITIES.len() - 1)];
-        let facing = 1.0 - diffuse + diffuse * cosine;
-        let intensity = reflectivity * facing * (-lidar.attenuation_per_m * t).exp();
-        Some(LidarReturn { distance_m: t + noise * lidar.noise_m, intensity: intensity.max(1e-6) })
+        let [reflectivity, facing] = reflected(cosine, material);
+        let intensity = reflectivity * facing * (-receiver.attenuation_per_m * t).exp();
+        Some(LidarReturn {
+            distance_m: t + noise * receiver.noise_m,
+            intensity: intensity.max(1e-6),
+        })
     }
+}
+
+/// Returns the reflectivity of a material, and its share towards a sensor whose beam makes an angle with
+/// this cosine with the normal.
+pub(crate) fn reflected(cosine: f32, material: u8) -> [f32; 2] {
+    let [reflectivity, diffuse] =
+        REFLECTIVITIES[usize::from(material).min(REFLECTIVITIES.len() - 1)];
+    [reflectivity, 1.0 - diffuse + diffuse * cosine]
+}
+
+/// Returns a random number of mean 0 and standard deviation 1, from two random words. The sum of four
+/// uniform numbers approximates a normal distribution and never exceeds 3.5 standard deviations.
+pub(crate) fn normal(b: u32, c: u32) -> f32 {
+    let sum = ((b & 0xffff) + (b >> 16) + (c & 0xffff) + (c >> 16)) as f32;
+    (sum * (1.0 / 65_536.0) - 2.0) * 1.732_050_8
 }
 
 /// Returns a hash of one word: Wellons' low-bias 32-bit hash.

@@ -3,7 +3,9 @@ use protocol::{ActorId, Plane, Pose, SensorSpec, element_bytes, output, sensor};
 use crate::{
     error::TraceError,
     job::BundleJob,
-    rays::{Sensor, first_azimuth_rad, rays},
+    lidar::{first_azimuth_rad, has_echoes, sweeps},
+    lidar_echo::Echoes,
+    rays::{Sensor, rays},
     world::World,
 };
 
@@ -44,6 +46,8 @@ pub(crate) struct OutputSlices<'a> {
     pub(crate) flow: &'a mut [[f32; 2]],
     pub(crate) points: &'a mut [[f32; 4]],
     pub(crate) labels: &'a mut [[u32; 2]],
+    pub(crate) last_points: &'a mut [[f32; 4]],
+    pub(crate) last_labels: &'a mut [[u32; 2]],
 }
 
 /// Ray generators of a batch, and the memory for their measurements.
@@ -74,15 +78,18 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            work.sensors.push(rays_of(world, job.parent, spec, pose)?);
+            work.sensors.push(ray_generator(world, job.parent, spec, pose)?);
             slices.cut(spec, work.sensors.len() - 1, &mut work.tiles);
         }
     }
     Ok(work)
 }
 
-/// Returns the ray generator of a sensor of a bundle on `parent`, with the motion of the parent.
-pub(crate) fn rays_of(
+/// Returns the ray generator of one sensor of a bundle that `parent` carries.
+///
+/// # Errors
+/// As [`rays`].
+pub(crate) fn ray_generator(
     world: &World,
     parent: ActorId,
     spec: &SensorSpec,
@@ -91,6 +98,16 @@ pub(crate) fn rays_of(
     let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
     if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion_of(parent)) {
         camera.before = Some(camera.moved(moved));
+    }
+    if let Sensor::Lidar(lidar) = &mut sensor {
+        if sweeps(spec)
+            && let Some(moved) = world.motion_of(parent)
+        {
+            lidar.follow(spec, world.delta_nanos, moved);
+        }
+        if has_echoes(spec) {
+            lidar.echoes = Some(Echoes::of(spec, &world.weather));
+        }
     }
     Ok(sensor)
 }
@@ -179,6 +196,8 @@ impl<'a> OutputSlices<'a> {
             output::NORMAL => self.normal = bytemuck::cast_slice_mut(bytes),
             output::FLOW => self.flow = bytemuck::cast_slice_mut(bytes),
             output::POINTS => self.points = bytemuck::cast_slice_mut(bytes),
+            output::LAST_POINTS => self.last_points = bytemuck::cast_slice_mut(bytes),
+            output::LAST_LABELS => self.last_labels = bytemuck::cast_slice_mut(bytes),
             _ => self.labels = bytemuck::cast_slice_mut(bytes),
         }
     }
@@ -211,6 +230,8 @@ impl<'a> OutputSlices<'a> {
             flow: split_first(&mut self.flow, elements),
             points: split_first(&mut self.points, elements),
             labels: split_first(&mut self.labels, elements),
+            last_points: split_first(&mut self.last_points, elements),
+            last_labels: split_first(&mut self.last_labels, elements),
         }
     }
 }

@@ -1,10 +1,7 @@
-use std::f64::consts::{PI, TAU};
-
 use glam::{Affine3A, DVec3, Mat3, Vec3};
-use protocol::{
-    EffectsSpec, Plane, Pose, Projection, SensorSpec, Stamp, lens_model, point_attribute, sensor,
-};
+use protocol::{EffectsSpec, Plane, Pose, Projection, SensorSpec, Stamp, lens_model, sensor};
 
+use crate::lidar::{Lidar, noise_seed};
 use crate::time_slices::{RAYS_MAX, shares};
 use crate::{error::TraceError, lens::Lens, quality::Quality};
 
@@ -198,116 +195,6 @@ impl Camera {
     }
 }
 
-/// Lidar: `columns` azimuth steps of `channels` beams each, with unit directions.
-///
-/// Sines and cosines are computed here in double precision, so that every tracer casts identical
-/// rays.
-#[derive(Clone, Debug)]
-pub(crate) struct Lidar {
-    pub(crate) columns: u32,
-    pub(crate) channels: u32,
-    /// Position in world space.
-    pub(crate) origin: Vec3,
-    /// Rotation of `world_from_sensor`.
-    pub(crate) axes: Mat3,
-    /// Cosine and sine of each column's azimuth; two zeros mean that the laser is off.
-    pub(crate) azimuths: Vec<[f32; 2]>,
-    /// Cosine and sine of each channel's elevation; channel 0 is the highest.
-    pub(crate) elevations: Vec<[f32; 2]>,
-    /// Columns that a packet of 16 beams spans, so that the packet is about as wide as high: 1, 2,
-    /// 4, 8 or 16.
-    pub(crate) packet_columns: u32,
-    pub(crate) range_m: f32,
-    pub(crate) attenuation_per_m: f32,
-    pub(crate) noise_m: f32,
-    pub(crate) dropoff: f32,
-    /// Seed of the noise of this frame.
-    pub(crate) seed: u32,
-}
-
-/// In place of an attenuation: points report the cosine of incidence instead of an intensity.
-const COS_INCIDENCE: f32 = -1.0;
-
-impl Lidar {
-    fn new(spec: &SensorSpec, pose: &Pose, stamp: Stamp, delta_nanos: u64) -> Lidar {
-        let sweep = Sweep::of(spec, stamp, delta_nanos);
-        let half_fov = f64::from(spec.fov_rad) / 2.0;
-        let azimuths = (0..spec.width).map(|column| {
-            let azimuth = sweep.first_rad + sweep.step_rad * f64::from(column);
-            let from_ahead = (azimuth + PI).rem_euclid(TAU) - PI;
-            if spec.rotation_rate_hz > 0.0 && from_ahead.abs() > half_fov {
-                return [0.0; 2];
-            }
-            [azimuth.cos() as f32, azimuth.sin() as f32]
-        });
-        let last = f64::from(spec.height.max(2) - 1);
-        let (upper, lower) = (f64::from(spec.upper_rad), f64::from(spec.lower_rad));
-        let elevations = (0..spec.height).map(|channel| {
-            let elevation = upper + (lower - upper) * f64::from(channel) / last;
-            [elevation.cos() as f32, elevation.sin() as f32]
-        });
-        let step_up_rad = ((upper - lower) / last).abs().max(1e-9);
-        let ratio = (16.0 * step_up_rad / sweep.step_rad.abs().max(1e-9)).sqrt();
-        let fit = ratio.log2().round().clamp(0.0, 4.0) as u32;
-        Lidar {
-            packet_columns: (1 << fit).max(16u32.div_ceil(spec.height.next_power_of_two()).min(16)),
-            columns: spec.width,
-            channels: spec.height,
-            origin: pose.position(),
-            axes: Mat3::from_quat(pose.rotation()),
-            azimuths: azimuths.collect(),
-            elevations: elevations.collect(),
-            range_m: spec.range_m,
-            attenuation_per_m: match spec.point_attribute {
-                point_attribute::COS_INCIDENCE => COS_INCIDENCE,
-                _ => spec.attenuation_per_m,
-            },
-            noise_m: spec.noise_m,
-            dropoff: spec.dropoff,
-            seed: noise_seed(spec.seed, stamp.sim_time_nanos),
-        }
-    }
-}
-
-/// Azimuths of the columns of a lidar in one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Sweep {
-    /// Azimuth of column 0, positive to the left.
-    first_rad: f64,
-    /// Azimuth step from one column to the next, positive to the left.
-    step_rad: f64,
-}
-
-impl Sweep {
-    /// Returns the sweep of one frame. Without rotation, the columns share the field of view,
-    /// symmetrically about straight ahead. With rotation, they share the angle that the lidar has
-    /// turned since the last frame: the laser points straight ahead at simulated time 0 and turns
-    /// to the left.
-    fn of(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> Sweep {
-        let columns = f64::from(spec.width.max(1));
-        if spec.rotation_rate_hz > 0.0 {
-            let rate_hz = f64::from(spec.rotation_rate_hz);
-            let nanos = delta_nanos.max(spec.period_nanos);
-            let step_rad = TAU * rate_hz * nanos as f64 * 1e-9 / columns;
-            let begin_nanos = stamp.sim_time_nanos as i128 - i128::from(nanos);
-            let begin_turns = (begin_nanos as f64 * 1e-9 * rate_hz).rem_euclid(1.0);
-            Sweep { first_rad: TAU * begin_turns + step_rad / 2.0, step_rad }
-        } else {
-            let fov = f64::from(spec.fov_rad);
-            let step_rad = fov / columns;
-            Sweep { first_rad: (step_rad - fov) / 2.0, step_rad }
-        }
-    }
-}
-
-/// Returns the azimuth of column 0 of a lidar at this frame; 0 for other sensors.
-pub(crate) fn first_azimuth_rad(spec: &SensorSpec, stamp: Stamp, delta_nanos: u64) -> f32 {
-    match spec.kind {
-        sensor::LIDAR => Sweep::of(spec, stamp, delta_nanos).first_rad as f32,
-        _ => 0.0,
-    }
-}
-
 /// Returns the ray generator of one sensor of a bundle. `quality` is that of cameras that ask for none.
 ///
 /// # Errors
@@ -327,10 +214,4 @@ pub(crate) fn rays(
         sensor::LIDAR => Ok(Sensor::Lidar(Lidar::new(spec, pose, stamp, delta_nanos))),
         kind => Err(TraceError::UnknownKind { sensor: spec.name, kind }),
     }
-}
-
-/// Mixes the seed of a sensor with simulated time. Time begins at 0 in every episode, so that two
-/// worlds with the same seeds have the same noise; the numbers of frames continue.
-fn noise_seed(seed: u64, sim_time_nanos: u64) -> u32 {
-    mesh::mix64(seed ^ sim_time_nanos.wrapping_mul(mesh::GOLDEN_GAMMA)) as u32
 }

@@ -13,6 +13,7 @@ mod baked;
 mod effects;
 mod lamps;
 pub(crate) mod lens;
+mod lidar;
 mod motion;
 mod occlusion;
 mod overlay;

@@ -212,7 +212,8 @@ fn check_sensor(spec: &SensorSpec) -> Result<(), Refusal> {
     in_range("attenuation_per_m", spec.attenuation_per_m, 0.0, 10.0)?;
     in_range("noise_m", spec.noise_m, 0.0, 100.0)?;
     in_range("dropoff", spec.dropoff, 0.0, 1.0)?;
-    in_range("rotation_rate_hz", spec.rotation_rate_hz, 0.0, 1000.0)
+    in_range("rotation_rate_hz", spec.rotation_rate_hz, 0.0, 1000.0)?;
+    spec.check_beams().map_err(Refusal::out_of_range)
 }
 
 #[cfg(test)]

@@ -56,6 +56,16 @@ static void sensors(const OmnibusClient *client) {
     uint64_t frame;
     OK(omnibus_create_camera(client, "eye", car, &camera, &eye));
     OK(omnibus_create_lidar(client, "roof", car, &lidar, &roof));
+    /* A lidar of a maker, with elevations of its own. */
+    OmnibusLidar hdl = {.pose = ROOF, .held_max = 1, .outputs = OMNIBUS_OUTPUT_POINTS};
+    OmnibusBundle *maker;
+    OK(omnibus_lidar_model("hdl-64e", 0.1, &hdl));
+    EXPECT(hdl.channels == 64 && hdl.columns == 2083 && hdl.elevations_rad != NULL);
+    OK(omnibus_create_lidar(client, "maker", car, &hdl, &maker));
+    omnibus_destroy_bundle(maker);
+    hdl.flags = 64;
+    FAILS(omnibus_create_lidar(client, "maker", car, &hdl, &maker), ARGUMENT, "flags are 0x40");
+    FAILS(omnibus_lidar_model("hdl-65", 0.1, &hdl), ARGUMENT, "unknown model of a lidar");
     OK(omnibus_tick(client, &frame));
     OK(omnibus_world(client, &world));
     EXPECT(world.frame == frame && world.actor_count >= 1 && world.sim_time_nanos > 0);

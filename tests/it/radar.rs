@@ -39,6 +39,14 @@ yaw_deg = 90.0
 rate_hz = 5.0
 
 [[sensor]]
+name = \"cells\"
+kind = \"radar\"
+position_m = [2.6, 0.0, 0.6]
+horizontal_fov_deg = 80.0
+vertical_fov_deg = 12.0
+receiver = { ghosts = true, snr_min_db = 15.0 }
+
+[[sensor]]
 name = \"top\"
 kind = \"lidar\"
 position_m = [0.0, 0.0, 2.2]
@@ -69,6 +77,33 @@ fn detections(set: &Path, radar: &str, frame: u64) -> Vec<([f32; 4], u32)> {
     rows.zip(labels.chunks_exact(8).map(|label| u32::from_le_bytes(word(&label[..4])))).collect()
 }
 
+/// Checks the powers of the radar with a receiver, and the range rates of what rests, against its own
+/// velocity in its space. Returns the number of detections.
+fn check_cells(set: &Path, frame: u64, own: Vec3) -> usize {
+    let found = detections(set, "cells", frame);
+    let powers = fs::read(set.join(format!("cells/powers/{frame:06}.bin"))).unwrap();
+    assert_eq!(powers.len(), found.len() * 12);
+    let floats: Vec<f32> =
+        powers.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+    for (([rate, azimuth, altitude, depth], id), power) in found.iter().zip(floats.chunks_exact(3))
+    {
+        let [power_dbm, snr_db, cross_section_dbsm] = [power[0], power[1], power[2]];
+        assert!(snr_db >= 15.0 && (snr_db - power_dbm - 120.0).abs() < 1e-3, "{power:?}");
+        // The radar equation with the numbers of the plan.
+        let lambda_db = 20.0 * (299_792_458.0f32 / 77e9).log10();
+        let four_pi_db = 30.0 * (4.0 * std::f32::consts::PI).log10();
+        let due = 62.0 + lambda_db + cross_section_dbsm - four_pi_db - 40.0 * depth.log10();
+        assert!((power_dbm - due).abs() < 0.01, "{power:?} {due}");
+        let level = altitude.cos();
+        let to = Vec3::new(azimuth.cos() * level, azimuth.sin() * level, altitude.sin());
+        if *id >= 1 << 23 {
+            // The cell may be as wide as its resolution, and the mean lie beside its parts.
+            assert!((rate + own.dot(to)).abs() < 0.15, "{rate} {}", own.dot(to));
+        }
+    }
+    found.len()
+}
+
 fn run(args: &[&str], path: &Path) -> (bool, String) {
     let output = omnibus().args(args).arg(path).output().unwrap();
     (output.status.success(), String::from_utf8([output.stdout, output.stderr].concat()).unwrap())
@@ -84,7 +119,7 @@ fn range_rates_are_those_of_the_motions_in_the_data_set_and_verify_counts_detect
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
 
     let list = fs::read_to_string(set.join("frames.jsonl")).unwrap();
-    let (mut still, mut moving, mut crossing, mut last) = (0, 0, 0, 0);
+    let (mut still, mut moving, mut crossing, mut last, mut cells) = (0, 0, 0, 0, 0);
     for line in list.lines() {
         let line: Value = serde_json::from_str(line).unwrap();
         let frame = line["frame"].as_u64().unwrap();
@@ -96,11 +131,14 @@ fn range_rates_are_those_of_the_motions_in_the_data_set_and_verify_counts_detect
         let own = vector(&line["ego"]["velocity_mps"]);
         for pose in line["sensors"].as_array().unwrap() {
             let radar = pose["name"].as_str().unwrap();
+            let rotation = &pose["world_from_sensor"]["rotation_xyzw"];
+            let rotation = Quat::from_array(serde_json::from_value(rotation.clone()).unwrap());
+            if radar == "cells" {
+                cells += check_cells(&set, frame, rotation.inverse() * own);
+            }
             if !radar.starts_with("RADAR") {
                 continue;
             }
-            let rotation = &pose["world_from_sensor"]["rotation_xyzw"];
-            let rotation = Quat::from_array(serde_json::from_value(rotation.clone()).unwrap());
             let found = detections(&set, radar, frame);
             assert_eq!(line["point_counts"][radar], found.len());
             let mut counts: BTreeMap<u64, u64> = BTreeMap::new();
@@ -131,6 +169,7 @@ fn range_rates_are_those_of_the_motions_in_the_data_set_and_verify_counts_detect
             last = frame;
         }
     }
+    assert!(cells > 100, "{cells}");
     assert!(still > 500 && moving > 20 && crossing > 5, "{still} {moving} {crossing}");
     let (is_sound, text) = run(&["collect", "--verify"], &set);
     assert!(is_sound, "{text}");

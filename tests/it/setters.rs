@@ -8,9 +8,9 @@ use client_lib::{
 use glam::{Quat, Vec3};
 use protocol::{
     AckermannControl, AckermannSettings, ActorId, ApplyForce, Autopilot, Command, Curve,
-    EffectsSpec, Gear, HideLayers, HideObjects, SensorSpec, SetDoors, SetPhysics, SetTrafficLight,
-    SetVehicleLights, SetVelocity, Settings, StartReplay, Switch, Teleport, TrafficParam,
-    VehicleControl, Weather,
+    EffectsSpec, Gear, HideLayers, HideObjects, LidarSpec, SensorSpec, SetDoors, SetPhysics,
+    SetTrafficLight, SetVehicleLights, SetVelocity, Settings, StartReplay, Switch, Teleport,
+    TrafficParam, VehicleControl, Weather,
 };
 
 use crate::kit::Sim;
@@ -267,6 +267,11 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
     let seat = Pose::new(Vec3::Z * 2.0, Quat::IDENTITY);
     let eye = camera("eye", seat, 64, 48, 1.5, protocol::output::COLOR);
     let scan = lidar("scan", seat, 8, 90, [-0.4, 0.1], 60.0);
+    let with_beams = |beams| {
+        let mut spec = scan;
+        spec.lidar = beams;
+        spec
+    };
     for bad in BAD {
         let mut turned = seat;
         turned.rotation[1] = bad;
@@ -280,6 +285,8 @@ fn bad_sensors(client: &mut Client, car: ActorId) {
             ("range_m", SensorSpec { range_m: bad, ..scan }),
             ("lower_rad", SensorSpec { lower_rad: bad, ..scan }),
             ("upper_rad", SensorSpec { upper_rad: bad, ..scan }),
+            ("divergence_rad", with_beams(LidarSpec { divergence_rad: bad, ..scan.lidar })),
+            ("prism_hz", with_beams(LidarSpec { prism_hz: [1.0, bad], ..scan.lidar })),
         ] {
             let made = client.create_bundle("bad", car, [spec], 2);
             assert!(made.is_err(), "a sensor of {what} = {bad} was granted");

@@ -16,12 +16,22 @@ from omnibus.sensors import Camera, Collision, Gnss, Imu, LaneInvasion, Lidar, O
 OUTPUTS = ("color", "depth", "tags", "instances", "normals", "flow")
 FRONT = Camera("front", 64, 48, math.radians(90), omnibus.Pose((1.5, 0.0, 1.5)), OUTPUTS)
 LIDAR = Lidar("lidar", 8, 90, pose=omnibus.Pose((0.0, 0.0, 2.0)))
+HDL = Lidar.of_model(
+    "hdl-64e",
+    "hdl",
+    0.05,
+    pose=omnibus.Pose((0.0, 0.0, 2.0)),
+    outputs=("points", "labels", "last_points", "last_labels"),
+    divergence_rad=0.002,
+    sweep=True,
+    weather=True,
+)
 
 
 def every_output_is_a_read_only_view() -> None:
     physics = [Imu("imu"), Gnss("gnss"), Odometry("odometry"), Collision("hits")]
     physics += [LaneInvasion("lanes"), Obstacle("obstacle")]
-    with launch(sensors=[FRONT, LIDAR, *physics]) as simulator:
+    with launch(sensors=[FRONT, LIDAR, HDL, *physics]) as simulator:
         frame = simulator.client.tick()
         front, lidar = frame["front"], frame["lidar"]
         images = {name: getattr(front, name) for name in OUTPUTS}
@@ -35,6 +45,11 @@ def every_output_is_a_read_only_view() -> None:
             "flow": (48, 64, 2),
         }, shapes
         assert lidar.points.shape == (90, 8, 4) and lidar.labels.shape == (90, 8, 2)
+        hdl = frame["hdl"]
+        assert len(HDL.elevations_rad or ()) == 64 and HDL.rotation_rate_hz == 10.0
+        assert hdl.points.shape == hdl.last_points.shape == (1042, 64, 4)
+        assert hdl.labels.shape == hdl.last_labels.shape == (1042, 64, 2)
+        assert hdl.points.any() and hdl.last_points.any()
         arrays = [*images.values(), lidar.points, lidar.labels, frame.world.actors]
         arrays += [frame[name].readings for name in ("imu", "gnss", "odometry", "hits", "lanes")]
         for array in arrays:

@@ -163,6 +163,28 @@
 #define OMNIBUS_OUTPUT_LABELS 32
 
 /**
+ * Lidar: as OMNIBUS_OUTPUT_POINTS, of the last return of each ray, or of the second strongest if the last
+ * is the strongest.
+ */
+#define OMNIBUS_OUTPUT_LAST_POINTS 256
+
+/**
+ * Lidar: as OMNIBUS_OUTPUT_LABELS, of the returns of OMNIBUS_OUTPUT_LAST_POINTS.
+ */
+#define OMNIBUS_OUTPUT_LAST_LABELS 512
+
+/**
+ * Lidar: each column starts where the sensor was at its time, and its points are in sensor space at that
+ * time. Needs rotation_rate_hz or prism_hz.
+ */
+#define OMNIBUS_LIDAR_SWEEP 1
+
+/**
+ * Lidar: fog and rain attenuate pulses and reflect them.
+ */
+#define OMNIBUS_LIDAR_WEATHER 2
+
+/**
  * The most measurements of one bundle that may be held at a time.
  */
 #define OMNIBUS_HELD_MAX 7
@@ -679,7 +701,8 @@ typedef struct OmnibusCamera {
 } OmnibusCamera;
 
 /**
- * A lidar without noise that measures its whole field of view in every frame.
+ * A lidar. All fields from rotation_rate_hz on may be 0: it measures its whole field of view in every
+ * frame, without noise.
  */
 typedef struct OmnibusLidar {
   /**
@@ -719,6 +742,32 @@ typedef struct OmnibusLidar {
    * How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
    */
   uint32_t held_max;
+  /**
+   * Revolutions per second; 0: the whole field of view at one instant.
+   */
+  float rotation_rate_hz;
+  /**
+   * Turns per second of the two prisms of a Risley scanner, whose beams draw a rosette with the diameter
+   * fov_rad; both 0: columns and channels.
+   */
+  float prism_hz[2];
+  /**
+   * Standard deviation of the range, metres.
+   */
+  float noise_m;
+  /**
+   * Full angle of the cone of a beam, radians, at most 0.1; 0: a ray.
+   */
+  float divergence_rad;
+  /**
+   * Bits OMNIBUS_LIDAR_….
+   */
+  uint32_t flags;
+  /**
+   * Elevations of the channels, the highest first, radians; at most 128. NULL: spaced equally between
+   * lower_rad and upper_rad. Read by omnibus_create_lidar() only.
+   */
+  const float *elevations_rad;
 } OmnibusLidar;
 
 /**
@@ -936,6 +985,15 @@ enum OmnibusStatus omnibus_create_lidar(const struct OmnibusClient *client,
                                         uint32_t parent,
                                         const struct OmnibusLidar *lidar,
                                         struct OmnibusBundle **bundle);
+
+/**
+ * Sets the fields of a lidar by the data sheet of a model ("vlp-16", "hdl-64e", "os1-128" or
+ * "livox-mid-40"), with as many columns as it fires in `frame_secs`, the time step of the world. Pose,
+ * outputs, held_max, divergence_rad and flags are left to the caller.
+ */
+enum OmnibusStatus omnibus_lidar_model(const char *model,
+                                       double frame_secs,
+                                       struct OmnibusLidar *lidar);
 
 /**
  * Returns the newest measurement that was not received yet; older ones are dropped. `*measurement`

@@ -9,15 +9,17 @@ use std::{
         Arc, Mutex,
         atomic::{AtomicU32, Ordering},
     },
+    time::Duration,
 };
 
 use client_lib::{
-    ActorId, CameraEffects, CameraOptions, CameraOutputs, Exposure, Intrinsics, Lens, LidarOptions,
-    LidarOutputs, Measurement, Sensor, SensorBundle, ToneCurve,
+    ActorId, CameraEffects, CameraOptions, CameraOutputs, Elevations, Exposure, Intrinsics, Lens,
+    LidarModel, LidarOptions, LidarOutputs, Measurement, Sensor, SensorBundle, ToneCurve,
+    UnknownLidarModel, wire::ELEVATIONS_MAX,
 };
 
 use crate::{
-    argument::{place, text},
+    argument::{place, text, values},
     client::{OmnibusClient, enter, lock},
     status::{Fault, OmnibusStatus, call},
     world::OmnibusPose,
@@ -36,6 +38,17 @@ pub const OMNIBUS_OUTPUT_INSTANCE: u32 = 8;
 pub const OMNIBUS_OUTPUT_POINTS: u32 = 16;
 /// Lidar: instance and semantic tag, two uint32_t a ray.
 pub const OMNIBUS_OUTPUT_LABELS: u32 = 32;
+/// Lidar: as OMNIBUS_OUTPUT_POINTS, of the last return of each ray, or of the second strongest if the last
+/// is the strongest.
+pub const OMNIBUS_OUTPUT_LAST_POINTS: u32 = 256;
+/// Lidar: as OMNIBUS_OUTPUT_LABELS, of the returns of OMNIBUS_OUTPUT_LAST_POINTS.
+pub const OMNIBUS_OUTPUT_LAST_LABELS: u32 = 512;
+
+/// Lidar: each column starts where the sensor was at its time, and its points are in sensor space at that
+/// time. Needs rotation_rate_hz or prism_hz.
+pub const OMNIBUS_LIDAR_SWEEP: u32 = 1;
+/// Lidar: fog and rain attenuate pulses and reflect them.
+pub const OMNIBUS_LIDAR_WEATHER: u32 = 2;
 
 /// The most measurements of one bundle that may be held at a time.
 pub const OMNIBUS_HELD_MAX: u32 = 7;
@@ -223,7 +236,8 @@ pub struct OmnibusCamera {
     pub effects: OmnibusEffects,
 }
 
-/// A lidar without noise that measures its whole field of view in every frame.
+/// A lidar. All fields from rotation_rate_hz on may be 0: it measures its whole field of view in every
+/// frame, without noise.
 #[derive(Clone, Copy)]
 #[repr(C)]
 pub struct OmnibusLidar {
@@ -246,6 +260,20 @@ pub struct OmnibusLidar {
     pub outputs: u32,
     /// How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
     pub held_max: u32,
+    /// Revolutions per second; 0: the whole field of view at one instant.
+    pub rotation_rate_hz: f32,
+    /// Turns per second of the two prisms of a Risley scanner, whose beams draw a rosette with the diameter
+    /// fov_rad; both 0: columns and channels.
+    pub prism_hz: [f32; 2],
+    /// Standard deviation of the range, metres.
+    pub noise_m: f32,
+    /// Full angle of the cone of a beam, radians, at most 0.1; 0: a ray.
+    pub divergence_rad: f32,
+    /// Bits OMNIBUS_LIDAR_….
+    pub flags: u32,
+    /// Elevations of the channels, the highest first, radians; at most 128. NULL: spaced equally between
+    /// lower_rad and upper_rad. Read by omnibus_create_lidar() only.
+    pub elevations_rad: *const f32,
 }
 
 /// A camera or lidar in the simulator, and the stream of its measurements. One thread at a time
@@ -386,9 +414,72 @@ pub extern "C" fn omnibus_create_lidar(
         let between = [lidar.lower_rad, lidar.upper_rad];
         let options = LidarOptions::new(lidar.channels, lidar.columns, between, lidar.range_m)
             .fov_rad(lidar.fov_rad)
+            .noise_m(lidar.noise_m)
+            .rotation_rate_hz(Some(lidar.rotation_rate_hz).filter(|hz| *hz != 0.0))
+            .prism_hz(Some(lidar.prism_hz).filter(|hz| *hz != [0.0; 2]))
+            .divergence_rad(lidar.divergence_rad)
+            .sweep(lidar.flags & OMNIBUS_LIDAR_SWEEP != 0)
+            .weather(lidar.flags & OMNIBUS_LIDAR_WEATHER != 0)
+            .elevations(lidar.elevations()?)
             .outputs(outputs);
         let sensor = Sensor::lidar(text(name, "name")?, lidar.pose.checked("pose")?, options);
         create(client, parent, sensor, lidar.held_max, bundle)
+    })
+}
+
+impl OmnibusLidar {
+    /// Reads the table of elevations and checks the flags.
+    fn elevations(&self) -> Result<Option<Elevations>, Fault> {
+        let known = OMNIBUS_LIDAR_SWEEP | OMNIBUS_LIDAR_WEATHER;
+        if self.flags & !known != 0 {
+            let flags = self.flags;
+            return Err(Fault::argument(format!("flags are {flags:#x}; use bits of {known:#x}")));
+        }
+        if self.elevations_rad.is_null() {
+            return Ok(None);
+        }
+        let count = self.channels as usize;
+        if count > ELEVATIONS_MAX {
+            return Err(Fault::argument(format!(
+                "{count} channels have elevations of their own; the limit is {ELEVATIONS_MAX}"
+            )));
+        }
+        let table = values(self.elevations_rad, "elevations_rad", count)?;
+        Ok(Some(Elevations::from(table)))
+    }
+}
+
+/// Sets the fields of a lidar by the data sheet of a model ("vlp-16", "hdl-64e", "os1-128" or
+/// "livox-mid-40"), with as many columns as it fires in `frame_secs`, the time step of the world. Pose,
+/// outputs, held_max, divergence_rad and flags are left to the caller.
+#[unsafe(no_mangle)]
+pub extern "C" fn omnibus_lidar_model(
+    model: *const c_char,
+    frame_secs: f64,
+    lidar: Option<&mut OmnibusLidar>,
+) -> OmnibusStatus {
+    call("omnibus_lidar_model", || {
+        let lidar = lidar.ok_or_else(|| Fault::null("lidar"))?;
+        let model: LidarModel = text(model, "model")?
+            .parse()
+            .map_err(|why: UnknownLidarModel| Fault::argument(why.to_string()))?;
+        let frame = Duration::try_from_secs_f64(frame_secs)
+            .map_err(|why| Fault::argument(format!("frame_secs is {frame_secs}: {why}")))?;
+        let options = model.options(frame);
+        *lidar = OmnibusLidar {
+            channels: options.channels,
+            columns: options.columns,
+            fov_rad: options.fov_rad,
+            lower_rad: options.lower_rad,
+            upper_rad: options.upper_rad,
+            range_m: options.range_m,
+            rotation_rate_hz: options.rotation_rate_hz.unwrap_or(0.0),
+            prism_hz: options.prism_hz.unwrap_or_default(),
+            noise_m: options.noise_m,
+            elevations_rad: model.elevations_rad().map_or(ptr::null(), <[f32]>::as_ptr),
+            ..*lidar
+        };
+        Ok(())
     })
 }
 

@@ -48,6 +48,8 @@ mod _omnibus {
     #[pymodule_export]
     use super::recorder::Recorder;
     #[pymodule_export]
+    use super::sensor::lidar_model;
+    #[pymodule_export]
     use super::traffic::Traffic;
     #[pymodule_export]
     use super::wait::Cancel;

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
 use client_lib::{
-    ActorId,
+    ActorId, LidarOutputs,
     wire::{BundleHeader, Plane, SensorSpec, output, sensor},
 };
 use pyo3::{
@@ -322,7 +322,7 @@ impl Reading {
             ))
         })?;
         let (width, height) = (plane.width as usize, plane.height as usize);
-        let is_lidar = matches!(output, output::POINTS | output::LABELS);
+        let is_lidar = output & LidarOutputs::all().bits() != 0;
         let shape = if is_lidar { [width, height, channels] } else { [height, width, channels] };
         let shape = if channels == 0 { &shape[..2] } else { &shape[..] };
         kind.array(py, Arc::clone(&self.data) as _, plane.offset as usize, shape)
@@ -390,6 +390,16 @@ impl Reading {
     #[getter]
     fn labels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array(py, "labels", output::LABELS, &U32, 2)
+    }
+
+    #[getter]
+    fn last_points<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, "last_points", output::LAST_POINTS, &F32, 4)
+    }
+
+    #[getter]
+    fn last_labels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.array(py, "last_labels", output::LAST_LABELS, &U32, 2)
     }
 
     #[getter]

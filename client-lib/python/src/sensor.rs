@@ -3,11 +3,11 @@
 use std::time::Duration;
 
 use client_lib::{
-    CameraEffects, CameraOptions, CameraOutputs, Exposure, GnssOptions, ImuOptions, Intrinsics,
-    Lens, LidarOptions, LidarOutputs, ObstacleOptions, OdometryOptions, PointAttribute, Quality,
-    Sensor, SensorKind, ToneCurve, glam::Vec3,
+    CameraEffects, CameraOptions, CameraOutputs, Elevations, Exposure, GnssOptions, ImuOptions,
+    Intrinsics, Lens, LidarModel, LidarOptions, LidarOutputs, ObstacleOptions, OdometryOptions,
+    PointAttribute, Quality, Sensor, SensorKind, ToneCurve, glam::Vec3,
 };
-use pyo3::{exceptions::PyValueError, prelude::*};
+use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
 use crate::{pose::PyPose, wait::seconds};
 
@@ -218,7 +218,12 @@ fn lens(fields: &Fields<'_, '_>) -> PyResult<Lens> {
 }
 
 fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {
-    let known = [("points", LidarOutputs::POINTS), ("labels", LidarOutputs::LABELS)];
+    let known = [
+        ("points", LidarOutputs::POINTS),
+        ("labels", LidarOutputs::LABELS),
+        ("last_points", LidarOutputs::LAST_POINTS),
+        ("last_labels", LidarOutputs::LAST_LABELS),
+    ];
     let names = fields.names("outputs")?;
     let outputs = outputs(&names, &known, LidarOutputs::empty(), LidarOutputs::union)?;
     let elevations = [fields.get("lower_rad")?, fields.get("upper_rad")?];
@@ -238,7 +243,13 @@ fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {
             )));
         }
     };
+    let elevations: Option<Vec<f32>> = fields.get("elevations_rad")?;
     Ok(options
+        .elevations(elevations.as_deref().map(Elevations::from))
+        .prism_hz(fields.get("prism_hz")?)
+        .sweep(fields.get("sweep")?)
+        .divergence_rad(fields.get("divergence_rad")?)
+        .weather(fields.get("weather")?)
         .fov_rad(fields.get("fov_rad")?)
         .noise_m(fields.get("noise_m")?)
         .dropoff(fields.get("dropoff")?)
@@ -246,4 +257,27 @@ fn lidar(fields: &Fields<'_, '_>) -> PyResult<LidarOptions> {
         .rotation_rate_hz(fields.get("rotation_rate_hz")?)
         .point_attribute(attribute)
         .outputs(outputs))
+}
+
+/// Returns the fields of `omnibus.sensors.Lidar` for a model of a maker.
+#[pyfunction]
+pub(crate) fn lidar_model<'py>(
+    py: Python<'py>,
+    model: &str,
+    period_secs: f64,
+) -> PyResult<Bound<'py, PyDict>> {
+    let model: LidarModel = model.parse().map_err(|why| PyValueError::new_err(format!("{why}")))?;
+    let options = model.options(seconds("period_secs", period_secs)?);
+    let fields = PyDict::new(py);
+    fields.set_item("channels", options.channels)?;
+    fields.set_item("columns", options.columns)?;
+    fields.set_item("lower_rad", options.lower_rad)?;
+    fields.set_item("upper_rad", options.upper_rad)?;
+    fields.set_item("elevations_rad", model.elevations_rad())?;
+    fields.set_item("range_m", options.range_m)?;
+    fields.set_item("fov_rad", options.fov_rad)?;
+    fields.set_item("noise_m", options.noise_m)?;
+    fields.set_item("rotation_rate_hz", options.rotation_rate_hz)?;
+    fields.set_item("prism_hz", options.prism_hz)?;
+    Ok(fields)
 }

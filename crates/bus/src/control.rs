@@ -27,7 +27,7 @@ use crate::{
 use protocol::{BUILD, Frame, Name, Settings};
 
 /// Version of the protocol; increased with every change of a message, a channel or this page.
-pub const PROTOCOL: u32 = 14;
+pub const PROTOCOL: u32 = 15;
 
 /// The most participants and clients of an instance.
 pub const SLOTS: usize = 32;

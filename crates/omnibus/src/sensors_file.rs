@@ -1,11 +1,13 @@
 //! Sensors as TOML files describe them: the sets of `--sensors`, and the plans of collections.
 
 mod effects;
+mod lidar;
+mod radar;
+mod receiver;
 
 use std::{path::Path, str::FromStr};
 
 use anyhow::{Context, anyhow, ensure};
-use client_lib::Radar;
 use glam::{EulerRot, Quat, Vec3};
 use protocol::{EffectsSpec, LensSpec, Pose, Projection, SensorSpec, lens_model, output, quality};
 use sensor_render::Quality;
@@ -64,20 +66,37 @@ pub(crate) struct SensorEntry {
     effects: Option<EffectsEntry>,
     #[serde(default = "default_outputs")]
     outputs: Vec<String>,
-    #[serde(default = "default_channels")]
-    channels: u32,
-    #[serde(default = "default_columns")]
-    columns: u32,
-    #[serde(default = "default_elevations")]
-    elevations_deg: [f32; 2],
-    #[serde(default = "default_range")]
-    range_m: f32,
+    /// A lidar of a maker; the numbers below replace those of its data sheet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    model: Option<String>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    channels: Option<u32>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    columns: Option<u32>,
+    /// Of the lowest and the highest channel; or of each channel, the highest first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    elevations_deg: Option<Vec<f32>>,
+    /// 100 if not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    range_m: Option<f32>,
+    /// Turns per second of the two prisms of a lidar that draws a rosette.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    prism_hz: Option<[f32; 2]>,
+    /// Each column of a lidar starts where the sensor was at its time.
+    #[serde(default, skip_serializing_if = "is_false")]
+    sweep: bool,
+    /// Full angle of the cone of a beam of a lidar.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    divergence_mrad: f32,
+    /// Fog and rain attenuate pulses of a lidar and reflect them.
+    #[serde(default, skip_serializing_if = "is_false")]
+    weather: bool,
     /// The intensity falls as exp(-attenuation * distance).
     #[serde(default = "default_attenuation")]
     attenuation_per_m: f32,
     /// Standard deviation of the range.
-    #[serde(default)]
-    noise_m: f32,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    noise_m: Option<f32>,
     /// Fraction of the returns that are dropped, 0 to 1.
     #[serde(default)]
     dropoff: f32,
@@ -90,6 +109,9 @@ pub(crate) struct SensorEntry {
     vertical_fov_deg: f32,
     #[serde(default = "default_points_per_second")]
     points_per_second: f32,
+    /// A radar whose detections are cells with powers, instead of random directions.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    receiver: Option<receiver::ReceiverEntry>,
 }
 
 /// The lens of a camera.
@@ -132,20 +154,15 @@ fn default_fov() -> f32 {
 fn default_outputs() -> Vec<String> {
     vec!["color".to_owned()]
 }
-fn default_channels() -> u32 {
-    32
-}
-fn default_columns() -> u32 {
-    1800
-}
-fn default_elevations() -> [f32; 2] {
-    [-30.0, 10.0]
-}
-fn default_range() -> f32 {
-    100.0
-}
 fn default_attenuation() -> f32 {
     0.004
+}
+
+fn is_false(on: &bool) -> bool {
+    !on
+}
+fn is_zero(number: &f32) -> bool {
+    *number == 0.0
 }
 
 fn default_radar_fov() -> f32 {
@@ -207,17 +224,6 @@ impl SensorEntry {
                 .or(self.quality.take())
                 .or_else(|| Some(level()));
         }
-    }
-
-    /// Returns what a radar makes of its rays, with the points of one period; `None` for other sensors.
-    pub(crate) fn radar(&self, period_nanos: u64) -> Option<Radar> {
-        (self.kind == Kind::Radar).then(|| Radar {
-            fov_rad: [self.horizontal_fov_deg, self.vertical_fov_deg].map(f32::to_radians),
-            range_m: self.range_m,
-            points: (f64::from(self.points_per_second) * period_nanos as f64 * 1e-9).round()
-                as usize,
-            seed: self.seed,
-        })
     }
 
     /// Scales the image of a camera to this size; other sensors stay as they are.
@@ -340,61 +346,8 @@ impl SensorEntry {
                     .map_err(|why| anyhow!("sensor {name:?}: {why}"))?;
                 spec
             }
-            Kind::Lidar => {
-                ensure!(
-                    (1..=512).contains(&self.channels) && (1..=65_536).contains(&self.columns),
-                    "sensor {name:?}: {} channels of {} columns; use 1 to 512 of 1 to 65536",
-                    self.channels,
-                    self.columns
-                );
-                let [lower, upper] = self.elevations_deg.map(f32::to_radians);
-                ensure!(
-                    lower <= upper && self.range_m > 0.0 && self.range_m.is_finite(),
-                    "sensor {name:?}: elevations_deg must rise and range_m be above 0"
-                );
-                for (what, value, most) in [
-                    ("attenuation_per_m", self.attenuation_per_m, 10.0),
-                    ("noise_m", self.noise_m, 100.0),
-                    ("dropoff", self.dropoff, 1.0),
-                    ("rotation_rate_hz", self.rotation_rate_hz, 1000.0),
-                ] {
-                    ensure!(
-                        (0.0..=most).contains(&value),
-                        "sensor {name:?}: {what} is {value}; use 0 to {most}"
-                    );
-                }
-                let spec = client_lib::wire::lidar(
-                    name,
-                    pose,
-                    self.channels,
-                    self.columns,
-                    [lower, upper],
-                    self.range_m,
-                );
-                SensorSpec {
-                    seed: self.seed,
-                    attenuation_per_m: self.attenuation_per_m,
-                    noise_m: self.noise_m,
-                    dropoff: self.dropoff,
-                    rotation_rate_hz: self.rotation_rate_hz,
-                    ..spec
-                }
-            }
-            Kind::Radar => {
-                for (what, value, most) in [
-                    ("horizontal_fov_deg", self.horizontal_fov_deg, 170.0),
-                    ("vertical_fov_deg", self.vertical_fov_deg, 170.0),
-                    ("range_m", self.range_m, 1e4),
-                    ("points_per_second", self.points_per_second, 1e6),
-                ] {
-                    ensure!(
-                        (1.0..=most).contains(&value),
-                        "sensor {name:?}: {what} is {value}; use 1 to {most}"
-                    );
-                }
-                let radar = self.radar(0).expect("this is one");
-                radar.grid(name, pose)
-            }
+            Kind::Lidar => self.lidar(pose)?,
+            Kind::Radar => self.radar_grid(pose)?,
         };
         Ok(SensorSpec { period_nanos, ..spec })
     }

@@ -34,7 +34,7 @@ const _: () = assert!(size_of::<BatchHeader>() == 80);
 
 /// A one-time request that changes the world, as it travels. [`Command`] is its typed form.
 /// Commands are never lost.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RawCommand {
     /// The number of the command kind.
@@ -42,10 +42,19 @@ pub struct RawCommand {
     /// Reserved; 0.
     reserved: u32,
     /// The command's own struct, padded with zeros.
-    body: [[u64; 15]; 3],
+    body: [u64; BODY_WORDS],
 }
 
-const _: () = assert!(size_of::<RawCommand>() == 368);
+/// Words of the largest command, [`Command::Sensor`].
+const BODY_WORDS: usize = 73;
+
+const _: () = assert!(size_of::<RawCommand>() == 592);
+
+impl Default for RawCommand {
+    fn default() -> RawCommand {
+        RawCommand::zeroed()
+    }
+}
 
 macro_rules! commands {
     ($(
@@ -55,17 +64,19 @@ macro_rules! commands {
     )*) => {
         /// A command: what a client may change in the world or in its sensors.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(clippy::large_enum_variant, reason = "records without pointers; a sensor has a table")]
         pub enum Command { $($($(#[$doc])* $name($body),)*)* }
 
         /// A [`Command`] by the part of the host that carries it out. Each part matches its own
         /// group without a wildcard, so that a new command which is not handled does not compile.
         #[derive(Clone, Copy, Debug, PartialEq)]
+        #[allow(clippy::large_enum_variant, reason = "records without pointers; a sensor has a table")]
         pub enum CommandGroup { $($(#[$group_doc])* $group($enum),)* }
 
         $(
             $(#[$group_doc])*
             #[derive(Clone, Copy, Debug, PartialEq)]
-            #[allow(clippy::large_enum_variant, reason = "one of many commands, on the stack only")]
+            #[allow(clippy::large_enum_variant, reason = "records without pointers; a sensor has a table")]
             pub enum $enum { $($(#[$doc])* $name($body),)* }
 
             impl From<$enum> for Command {
@@ -89,7 +100,7 @@ macro_rules! commands {
                 let mut raw = RawCommand::default();
                 match command {
                     $($(Command::$name(body) => {
-                        const { assert!(size_of::<$body>() <= 360) };
+                        const { assert!(size_of::<$body>() <= 8 * BODY_WORDS) };
                         raw.kind = $kind;
                         bytemuck::bytes_of_mut(&mut raw.body)[..size_of::<$body>()]
                             .copy_from_slice(bytemuck::bytes_of(&body));

@@ -18,7 +18,7 @@ pub struct JournalEntry {
     pub outcome: Outcome,
 }
 
-const _: () = assert!(size_of::<JournalEntry>() == 608);
+const _: () = assert!(size_of::<JournalEntry>() == 832);
 
 /// The most entries in one part of a journal: a longer journal has several parts.
 pub const JOURNAL_PART_MAX: usize = 64;

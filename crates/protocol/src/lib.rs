@@ -20,6 +20,7 @@ mod given_poses;
 mod hidden_objects;
 mod journal;
 mod lens;
+mod lidar_spec;
 mod limbs;
 mod map_layer;
 mod motion;
@@ -71,6 +72,7 @@ pub use given_poses::{GivenPose, GivenPoses};
 pub use hidden_objects::{BLOCK_OBJECTS, HiddenObjects};
 pub use journal::{JOURNAL_PART_MAX, JournalEntry, JournalHeader};
 pub use lens::{LensSpec, lens_model};
+pub use lidar_spec::{ELEVATION_STEP_RAD, ELEVATIONS_MAX, LidarSpec, lidar_flag};
 pub use limbs::{LIMBS, WalkerLimbs};
 pub use map_layer::{HideLayers, HideObjects, layer};
 pub use motion::{

@@ -17,7 +17,7 @@ pub mod sensor {
     /// A pinhole camera. Sensor space is x forward, y left, z up; pixel (0, 0) is top left and
     /// its centre lies at (0.5, 0.5).
     pub const CAMERA: u32 = 1;
-    /// A spinning lidar: `width` azimuth steps in one frame, `height` channels.
+    /// A lidar: `width` azimuth steps in one frame, `height` channels; [`crate::LidarSpec`].
     pub const LIDAR: u32 = 2;
     /// Inertial measurement unit: [`crate::ImuSpec`].
     pub const IMU: u32 = 16;
@@ -64,6 +64,11 @@ pub mod output {
     /// Two `f32` per pixel: optical flow, the displacement of the visible surface in the image since the
     /// frame before, in pixels to the right and down.
     pub const FLOW: u32 = 1 << 7;
+    /// As [`POINTS`], of the last return of each ray if it is not the strongest, which is in
+    /// [`POINTS`]; else of the second strongest. Zeros where there is only one.
+    pub const LAST_POINTS: u32 = 1 << 8;
+    /// As [`LABELS`], of the returns of [`LAST_POINTS`].
+    pub const LAST_LABELS: u32 = 1 << 9;
     /// One [`crate::ImuReading`].
     pub const IMU: u32 = 1 << 16;
     /// One [`crate::GnssReading`].
@@ -84,7 +89,7 @@ pub mod output {
     /// Every output of a camera.
     pub const OF_CAMERA: u32 = COLOR | DEPTH | TAG | INSTANCE | NORMAL | FLOW;
     /// Every output of a lidar.
-    pub const OF_LIDAR: u32 = POINTS | LABELS;
+    pub const OF_LIDAR: u32 = POINTS | LABELS | LAST_POINTS | LAST_LABELS;
     /// Every output of physics sensors.
     pub const PHYSICS: u32 = !0 << 16;
 }

@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 
 use crate::{
     ActorId, BundleId, CamSpec, CollisionSpec, EffectsSpec, GnssSpec, ImuSpec, LaneInvasionSpec,
-    LensSpec, MessageSpec, Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose, Stamp,
-    physics_sensor,
+    LensSpec, LidarSpec, MessageSpec, Name, ObstacleSpec, OdometrySpec, PhysicsSensorSpec, Pose,
+    Stamp, physics_sensor,
     sensor_code::{output, sensor},
 };
 
@@ -59,9 +59,11 @@ pub struct SensorSpec {
     pub reserved: u32,
     /// Cameras: effects on the colour image.
     pub effects: EffectsSpec,
+    /// Lidars: beams.
+    pub lidar: LidarSpec,
 }
 
-const _: () = assert!(size_of::<SensorSpec>() == 312);
+const _: () = assert!(size_of::<SensorSpec>() == 584);
 const _: () = assert!(offset_of!(SensorSpec, width) == PHYSICS_OFFSET);
 
 /// Offset from which a physics sensor stores its own parameters: that of `width`.
@@ -106,6 +108,14 @@ impl SensorSpec {
             sensor::MESSAGE => self.check_as::<MessageSpec>(),
             other => Err(format!("unknown sensor type {other}")),
         }
+    }
+
+    /// Checks the beams of a lidar; the error names the first number that is out of range.
+    ///
+    /// # Errors
+    /// The cause as a text.
+    pub fn check_beams(&self) -> Result<(), String> {
+        self.lidar.check(self.height, self.fov_rad, self.rotation_rate_hz)
     }
 
     fn check_as<T: PhysicsSensorSpec>(&self) -> Result<(), String> {
@@ -187,8 +197,8 @@ pub fn element_bytes(output: u32) -> usize {
     match output {
         output::COLOR | output::DEPTH | output::INSTANCE => 4,
         output::TAG => 1,
-        output::POINTS => 16,
-        output::LABELS | output::FLOW => 8,
+        output::POINTS | output::LAST_POINTS => 16,
+        output::LABELS | output::LAST_LABELS | output::FLOW => 8,
         output::NORMAL => 12,
         other => physics_sensor::element_bytes(other),
     }

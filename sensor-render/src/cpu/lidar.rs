@@ -2,9 +2,10 @@ use glam::Vec3;
 
 use super::ray_packet::RayPacket;
 use super::traversal::Stack;
-use crate::lidar_return::LidarReturn;
+use crate::lidar::Lidar;
+use crate::lidar_echo::{Echoes, LabelledReturn, Met, SUB_RAYS};
+use crate::lidar_return::{LidarReturn, reflected};
 use crate::outputs::Tile;
-use crate::rays::Lidar;
 use crate::scene::Scene;
 use crate::simd::{Float, Kernel, LANES, Mask, V3, Word};
 use crate::surface_sample::SurfaceSample;
@@ -64,27 +65,77 @@ impl Beams<'_> {
     #[inline(always)]
     fn listen<F: Float>(&self, scene: &Scene, world: &World, stack: &mut Stack, tile: &mut Tile) {
         let lidar = self.lidar;
-        let mut in_sensor = [Vec3::ZERO; LANES];
+        let mut angles = [[[0.0; 2]; 2]; LANES];
         let mut on = 0u16;
         for lane in 0..LANES as u32 {
-            if let Some((column, channel)) = self.beam(lane) {
-                let azimuth = lidar.azimuths[(tile.first + column) as usize];
-                let elevation = lidar.elevations[channel as usize];
-                if azimuth != [0.0; 2] {
-                    let [cos, sin] = elevation;
-                    in_sensor[lane as usize] = Vec3::new(cos * azimuth[0], cos * azimuth[1], sin);
-                    on |= 1 << lane;
+            if let Some((column, channel)) = self.beam(lane)
+                && let Some(found) = lidar.angles(tile.first + column, channel)
+            {
+                angles[lane as usize] = found;
+                on |= 1 << lane;
+            }
+        }
+        let along_axis = |[azimuth, elevation]: [[f32; 2]; 2]| {
+            let [cos, sin] = elevation;
+            Vec3::new(cos * azimuth[0], cos * azimuth[1], sin)
+        };
+        // The lanes of a packet are of one column if the columns have places of their own.
+        let place = lidar.place(tile.first + self.tile_column);
+        let Some(echoes) = &lidar.echoes else {
+            let mut in_sensor = [Vec3::ZERO; LANES];
+            for lane in 0..LANES {
+                if on >> lane & 1 != 0 {
+                    in_sensor[lane] = along_axis(angles[lane]);
+                }
+            }
+            let in_world = in_sensor.map(|direction| place.axes * direction);
+            let seen = self.look::<F>(scene, world, stack, place.origin, &in_world, on);
+            self.write(&in_sensor, on, &seen, tile);
+            return;
+        };
+        let mut met = [[Met::default(); SUB_RAYS]; LANES];
+        let mut counts = [0usize; LANES];
+        for ray in 0..echoes.rays {
+            let mut in_world = [Vec3::ZERO; LANES];
+            for lane in 0..LANES {
+                if on >> lane & 1 != 0 {
+                    in_world[lane] = place.axes * echoes.direction(angles[lane], ray);
+                }
+            }
+            let seen = self.look::<F>(scene, world, stack, place.origin, &in_world, on);
+            for lane in 0..LANES {
+                if seen.hit >> lane & 1 != 0 {
+                    met[lane][counts[lane]] = seen.met(lane);
+                    counts[lane] += 1;
                 }
             }
         }
-        let in_world = in_sensor.map(|direction| lidar.axes * direction);
+        for lane in 0..LANES {
+            let is_on = on >> lane & 1 != 0;
+            let axis = if is_on { along_axis(angles[lane]) } else { Vec3::ZERO };
+            let met = if is_on { Some(&mut met[lane][..counts[lane]]) } else { None };
+            self.write_echoes(echoes, lane, axis, met, tile);
+        }
+    }
+
+    /// Traces sixteen rays from one origin.
+    #[inline(always)]
+    fn look<F: Float>(
+        &self,
+        scene: &Scene,
+        world: &World,
+        stack: &mut Stack,
+        origin: Vec3,
+        in_world: &[Vec3; LANES],
+        on: u16,
+    ) -> Seen {
         let mut sample: Option<SurfaceSample<F>> = None;
         let mut cosines = [0.0; LANES];
         let mut left = on;
         // One packet if the beams are close together, else one packet per beam.
         while left != 0 {
-            let (members, packet) = packet::<F>(lidar, &in_world, left, on == left);
-            let hits = packet.closest(scene, world, stack, lidar.range_m);
+            let (members, packet) = packet::<F>(origin, in_world, left, on == left);
+            let hits = packet.closest(scene, world, stack, self.lidar.receiver.range_m);
             let looked =
                 SurfaceSample::new(scene, world, hits.t[0], hits.triangle[0], hits.instance[0]);
             let cosine = looked.normal.dot(packet.directions[0]).abs().to_array();
@@ -100,41 +151,100 @@ impl Beams<'_> {
             }
             left &= !members;
         }
-        self.write(&in_sensor, on, sample.as_ref(), &cosines, tile);
+        let sample = sample.as_ref();
+        Seen {
+            hit: sample.map_or(0, |sample| sample.hit.bits()) & on,
+            t: sample.map_or([0.0; LANES], |sample| sample.t.to_array()),
+            face: sample.map_or([0; LANES], |sample| sample.face.to_array()),
+            id: sample.map_or([0; LANES], |sample| sample.id.to_array()),
+            cosines,
+        }
     }
 
     #[inline(always)]
-    fn write<F: Float>(
-        &self,
-        in_sensor: &[Vec3; LANES],
-        on: u16,
-        sample: Option<&SurfaceSample<F>>,
-        cosines: &[f32; LANES],
-        tile: &mut Tile,
-    ) {
+    fn write(&self, in_sensor: &[Vec3; LANES], on: u16, seen: &Seen, tile: &mut Tile) {
         let lidar = self.lidar;
-        let hit = sample.map_or(0, |sample| sample.hit.bits()) & on;
-        let t = sample.map_or([0.0; LANES], |sample| sample.t.to_array());
-        let face = sample.map_or([0; LANES], |sample| sample.face.to_array());
-        let id = sample.map_or([0; LANES], |sample| sample.id.to_array());
-        for lane in 0..LANES {
+        for (lane, direction) in in_sensor.iter().enumerate() {
             let Some((column, channel)) = self.beam(lane as u32) else { continue };
             let at = (column * lidar.channels + channel) as usize;
             let beam = (tile.first + column) * lidar.channels + channel;
-            let returned = if hit >> lane & 1 != 0 {
-                LidarReturn::of(lidar, beam, t[lane], cosines[lane], (face[lane] >> 8) as u8)
+            let returned = if seen.hit & on & 1 << lane != 0 {
+                let material = (seen.face[lane] >> 8) as u8;
+                let receiver = &lidar.receiver;
+                LidarReturn::of(receiver, beam, seen.t[lane], seen.cosines[lane], material)
             } else {
                 None
             };
             if let Some(point) = tile.slices.points.get_mut(at) {
                 *point = returned.map_or([0.0; 4], |returned| {
-                    let [x, y, z] = (in_sensor[lane] * returned.distance_m).to_array();
+                    let [x, y, z] = (*direction * returned.distance_m).to_array();
                     [x, y, z, returned.intensity]
                 });
             }
             if let Some(label) = tile.slices.labels.get_mut(at) {
-                *label = if returned.is_some() { [id[lane], face[lane] & 0xff] } else { [0; 2] };
+                *label = match returned {
+                    Some(_) => [seen.id[lane], seen.face[lane] & 0xff],
+                    None => [0; 2],
+                };
             }
+        }
+    }
+
+    /// Writes the returns of a beam that met `met`; `None` if its laser is off.
+    fn write_echoes(
+        &self,
+        echoes: &Echoes,
+        lane: usize,
+        axis: Vec3,
+        met: Option<&mut [Met]>,
+        tile: &mut Tile,
+    ) {
+        let Some((column, channel)) = self.beam(lane as u32) else { return };
+        let at = (column * self.lidar.channels + channel) as usize;
+        let beam = (tile.first + column) * self.lidar.channels + channel;
+        let returns = match met {
+            Some(met) => echoes.returns(&self.lidar.receiver, beam, met),
+            None => [None; 2],
+        };
+        let slices = &mut tile.slices;
+        let put = |points: &mut [[f32; 4]], labels: &mut [[u32; 2]], of: Option<LabelledReturn>| {
+            if let Some(point) = points.get_mut(at) {
+                *point = of.map_or([0.0; 4], |(returned, _)| {
+                    let [x, y, z] = (axis * returned.distance_m).to_array();
+                    [x, y, z, returned.intensity]
+                });
+            }
+            if let Some(label) = labels.get_mut(at) {
+                *label = of.map_or([0; 2], |(_, label)| label);
+            }
+        };
+        let [strongest, last] = returns;
+        put(slices.points, slices.labels, strongest);
+        put(slices.last_points, slices.last_labels, last);
+    }
+}
+
+/// What sixteen rays met.
+struct Seen {
+    /// Bit for each ray that hit a surface.
+    hit: u16,
+    t: [f32; LANES],
+    /// Tag in bits 0 to 7, material in bits 8 to 15.
+    face: [u32; LANES],
+    id: [u32; LANES],
+    /// Cosines of the angles of incidence.
+    cosines: [f32; LANES],
+}
+
+impl Seen {
+    #[inline(always)]
+    fn met(&self, lane: usize) -> Met {
+        let [reflectivity, share] = reflected(self.cosines[lane], (self.face[lane] >> 8) as u8);
+        Met {
+            t: self.t[lane],
+            reflectivity: reflectivity * share,
+            cosine: self.cosines[lane],
+            label: [self.id[lane], self.face[lane] & 0xff],
         }
     }
 }
@@ -144,7 +254,7 @@ impl Beams<'_> {
 /// them.
 #[inline(always)]
 fn packet<F: Float>(
-    lidar: &Lidar,
+    origin: Vec3,
     in_world: &[Vec3; LANES],
     wanted: u16,
     together: bool,
@@ -188,7 +298,7 @@ fn packet<F: Float>(
     let (wide_x, wide_y) = (wide(low[0], high[0]), wide(low[1], high[1]));
     let corner = |x: f32, y: f32| middle + across * x + up * y;
     let packet = RayPacket {
-        origin: lidar.origin,
+        origin,
         corners: [
             corner(low[0] - wide_x, low[1] - wide_y),
             corner(high[0] + wide_x, low[1] - wide_y),

@@ -10,8 +10,9 @@ use protocol::{
 use super::CpuTracer;
 use super::shadow::Shadow;
 use super::traversal::Stack;
+use crate::lidar::Lidar;
 use crate::quality::Quality;
-use crate::rays::{Lidar, Sensor, rays};
+use crate::rays::{Sensor, rays};
 use crate::reference::{Ray, closest};
 use crate::simd::{Float, Isa, Kernel, LANES, Mask, V3};
 use crate::tests::lens::lenses;

@@ -1,12 +1,15 @@
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::{Mat3, Vec3};
 use protocol::{SensorSpec, lens_model, output, sensor};
 
 use super::top_levels;
 use crate::film::{CELLS, Development};
+use crate::lidar::Lidar;
+use crate::lidar_air::Air;
+use crate::lidar_echo::Echoes;
 use crate::light::Light;
 use crate::overlay::{TEXT_NEAR_M, Text};
-use crate::rays::{Camera, Lidar, Sensor};
+use crate::rays::{Camera, Sensor};
 use crate::{error::TraceError, job::BundleJob, outputs, world::World};
 
 /// In place of the offset of a plane: the sensor does not have it.
@@ -62,9 +65,27 @@ pub(crate) struct GpuLidar {
     pub(crate) points: u32,
     pub(crate) labels: u32,
     pub(crate) seed: u32,
+    pub(crate) last_points: u32,
+    pub(crate) last_labels: u32,
+    /// Beams that share an azimuth, and the number of elevations: beam b has azimuth b / span and
+    /// elevation b mod count.
+    pub(crate) span: u32,
+    pub(crate) elevation_count: u32,
+    /// First of the places of the columns in the circles, six pairs each; [`NONE`]: all are the same.
+    pub(crate) places: u32,
+    /// Rays per beam; 0: a beam has no echoes but that of the first surface.
+    pub(crate) rays: u32,
+    pub(crate) ring: f32,
+    pub(crate) extinction_per_m: f32,
+    pub(crate) fog_m: f32,
+    pub(crate) fog_power: f32,
+    pub(crate) rain: f32,
+    pub(crate) drop_scale: f32,
+    pub(crate) least_power: f32,
+    pub(crate) reserved: [u32; 3],
 }
 
-const _: () = assert!(size_of::<GpuLidar>() == 96);
+const _: () = assert!(size_of::<GpuLidar>() == 160);
 
 /// Consecutive sensors of one bundle: a range of its payload, and the place of that range in the
 /// output of the device.
@@ -85,7 +106,7 @@ pub(crate) struct Window {
 pub(crate) struct Batch {
     pub(crate) cameras: Vec<GpuCamera>,
     pub(crate) lidars: Vec<GpuLidar>,
-    /// Cosines and sines of the azimuths and elevations of all lidars.
+    /// Cosines and sines of the azimuths and elevations of all lidars, and the places of their columns.
     pub(crate) circles: Vec<[f32; 2]>,
     /// Positions of the texts of the overlay in the image of each camera: column and row in pixels from the
     /// centre of pixel (0, 0), and the depth; negative where the camera does not show it.
@@ -133,7 +154,7 @@ pub(crate) fn batches(
                 return Err(TraceError::TooLarge { sensor, byte_len: longest, bytes_max });
             }
             let pose = &first.world_from_sensor;
-            let sensor = outputs::rays_of(world, job.parent, spec, pose)?;
+            let sensor = outputs::ray_generator(world, job.parent, spec, pose)?;
             let mut batch = batches.last_mut().unwrap_or_else(|| unreachable!("never empty"));
             if batch.byte_len + byte_len > bytes_max
                 || u64::from(batch.tag_len) * 4 + unpacked > bytes_max
@@ -246,11 +267,22 @@ impl Batch {
         self.circles.extend_from_slice(&lidar.azimuths);
         let elevations = self.circles.len() as u32;
         self.circles.extend_from_slice(&lidar.elevations);
+        let places = if lidar.places.is_empty() { NONE } else { self.circles.len() as u32 };
+        for place in &lidar.places {
+            let Mat3 { x_axis, y_axis, z_axis } = place.axes;
+            let numbers = [place.origin, x_axis, y_axis, z_axis].map(|vector| vector.to_array());
+            self.circles.extend_from_slice(bytemuck::cast_slice(numbers.as_flattened()));
+        }
+        let receiver = &lidar.receiver;
+        let (rays, ring, air) = match &lidar.echoes {
+            Some(Echoes { rays, ring, air }) => (*rays, *ring, *air),
+            None => (0, 0.0, Air::default()),
+        };
         self.lidars.push(GpuLidar {
-            origin: extended(lidar.origin, lidar.range_m),
-            x_axis: extended(lidar.axes.x_axis, lidar.attenuation_per_m),
-            y_axis: extended(lidar.axes.y_axis, lidar.noise_m),
-            z_axis: extended(lidar.axes.z_axis, lidar.dropoff),
+            origin: extended(lidar.origin, receiver.range_m),
+            x_axis: extended(lidar.axes.x_axis, receiver.attenuation_per_m),
+            y_axis: extended(lidar.axes.y_axis, receiver.noise_m),
+            z_axis: extended(lidar.axes.z_axis, receiver.dropoff),
             columns: lidar.columns,
             channels: lidar.channels,
             azimuths,
@@ -258,7 +290,21 @@ impl Batch {
             first_group: self.groups[1],
             points: plane(output::POINTS),
             labels: plane(output::LABELS),
-            seed: lidar.seed,
+            seed: receiver.seed,
+            last_points: plane(output::LAST_POINTS),
+            last_labels: plane(output::LAST_LABELS),
+            span: if lidar.is_grid { lidar.channels } else { 1 },
+            elevation_count: lidar.elevations.len() as u32,
+            places,
+            rays,
+            ring,
+            extinction_per_m: air.extinction_per_m,
+            fog_m: air.fog_m,
+            fog_power: air.fog_power,
+            rain: air.rain,
+            drop_scale: air.drop_scale,
+            least_power: air.least_power,
+            reserved: [0; 3],
         });
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
@@ -274,6 +320,11 @@ impl Batch {
         self.cameras.iter().any(is_of_kind)
     }
 
+    /// Returns whether there is a lidar with echoes, or one without.
+    pub(crate) fn has_lidars(&self, has_echoes: bool) -> bool {
+        self.lidars.iter().any(|lidar| (lidar.rays > 0) == has_echoes)
+    }
+
     /// Returns a hash of the layout of the output.
     pub(crate) fn layout_hash(&self) -> u64 {
         let mut hash = self.byte_len | 1 << 63;
@@ -285,7 +336,9 @@ impl Batch {
             }
         }
         for lidar in &self.lidars {
-            for word in [lidar.points, lidar.labels, lidar.columns, lidar.channels] {
+            let GpuLidar { points, labels, last_points, last_labels, .. } = *lidar;
+            let planes = [points, labels, last_points, last_labels];
+            for word in planes.into_iter().chain([lidar.columns, lidar.channels]) {
                 mix(word.into());
             }
         }

@@ -10,6 +10,7 @@ use mesh::Material;
 use crate::{
     bvh::{DEPTH_MAX, Link, Node, TOP_DEPTH_MAX},
     gpu::batch::{Batch, GpuCamera, GpuLidar, NONE},
+    lidar_echo::SUB_RAYS,
     scene::Scene,
     world::World,
 };
@@ -158,12 +159,24 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
         }
     }
     for lidar in &batch.lidars {
-        let GpuLidar { columns, channels, azimuths, elevations, points, labels, .. } = *lidar;
+        let GpuLidar { columns, channels, azimuths, elevations, span, elevation_count, .. } =
+            *lidar;
         let beams = u64::from(columns) * u64::from(channels);
-        within("azimuths", azimuths, columns.into(), circles)?;
-        within("elevations", elevations, channels.into(), circles)?;
-        within("points", points, beams * 4, words)?;
-        within("labels", labels, beams * 2, words)?;
+        within("azimuths", azimuths, beams.div_ceil(span.max(1).into()), circles)?;
+        within("elevations", elevations, elevation_count.into(), circles)?;
+        within("places", lidar.places, u64::from(columns) * 6, circles)?;
+        if beams > 0 && (span == 0 || elevation_count == 0 || lidar.rays > SUB_RAYS as u32) {
+            return Err(format!(
+                "a lidar has {elevation_count} elevations, {span} beams per azimuth and {} rays per beam",
+                lidar.rays
+            ));
+        }
+        for (points, labels) in
+            [(lidar.points, lidar.labels), (lidar.last_points, lidar.last_labels)]
+        {
+            within("points", points, beams * 4, words)?;
+            within("labels", labels, beams * 2, words)?;
+        }
     }
     Ok(())
 }
@@ -254,8 +267,17 @@ mod tests {
         assert_eq!(check_batch(&batch(400), 0), Ok(()));
         let error = check_batch(&batch(396), 0).unwrap_err();
         assert_eq!(error, "colours take 100 words from 0 on, of 99");
-        let lidar =
-            GpuLidar { columns: 65_536, channels: 65_536, labels: NONE, ..GpuLidar::zeroed() };
+        let lidar = GpuLidar {
+            columns: 65_536,
+            channels: 65_536,
+            labels: NONE,
+            last_points: NONE,
+            last_labels: NONE,
+            places: NONE,
+            span: 65_536,
+            elevation_count: 65_536,
+            ..GpuLidar::zeroed()
+        };
         let circles = vec![[0.0; 2]; 131_072];
         let batch = Batch { lidars: vec![lidar], circles, byte_len: 1 << 30, ..Batch::default() };
         assert!(check_batch(&batch, 0).unwrap_err().starts_with("points take 17179869184 words"));

@@ -26,6 +26,7 @@ const SHADER: &str = concat!(
     include_str!("../shader/lens.wgsl"),
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/overlay_raster.wgsl"),
+    include_str!("../shader/lidar_echo.wgsl"),
     include_str!("../shader/lidar.wgsl"),
     include_str!("../shader/develop.wgsl"),
 );
@@ -42,10 +43,12 @@ pub(crate) struct Kernels {
     pub(crate) draw_overlay: ComputePipeline,
     /// Packs the tags of all cameras, four per word.
     pub(crate) pack_tags: ComputePipeline,
-    /// Traces the beams of all lidars.
+    /// Traces the beams of lidars without echoes.
     pub(crate) trace_lidars: ComputePipeline,
     /// Gather, expose and develop the films of cameras with effects; compiled at the first use.
     develop: OnceLock<[ComputePipeline; 3]>,
+    /// Traces the beams of lidars with echoes; compiled at the first use.
+    trace_echoes: OnceLock<ComputePipeline>,
 }
 
 impl Kernels {
@@ -99,7 +102,16 @@ impl Kernels {
             pack_tags,
             trace_lidars,
             develop: OnceLock::new(),
+            trace_echoes: OnceLock::new(),
         }
+    }
+
+    /// Returns the kernel that traces lidars with echoes.
+    pub(crate) fn trace_echoes(&self, device: &Device) -> &ComputePipeline {
+        self.trace_echoes.get_or_init(|| {
+            let Kernels { pipeline_layout, module, .. } = self;
+            pipeline(device, pipeline_layout, module, "trace_lidars", &[("HAS_ECHOES", 1.0)])
+        })
     }
 
     /// Returns the kernel that renders cameras of this kind.

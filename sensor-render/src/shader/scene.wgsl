@@ -94,6 +94,25 @@ struct Lidar {
     points: u32,
     labels: u32,
     seed: u32,
+    last_points: u32,
+    last_labels: u32,
+    // Beam b has azimuth b / span and elevation b mod elevation_count.
+    span: u32,
+    elevation_count: u32,
+    // Places of its columns in `circles`: origin and axes, six pairs each. NONE: all are that above.
+    places: u32,
+    // Rays per beam; 0: a beam has no echoes but that of the first surface. See lidar_echo.wgsl.
+    rays: u32,
+    ring: f32,
+    extinction: f32,
+    fog_m: f32,
+    fog_power: f32,
+    rain: f32,
+    drop_scale: f32,
+    least_power: f32,
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;

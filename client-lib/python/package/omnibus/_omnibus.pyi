@@ -18,6 +18,9 @@ VERSION: str
 #: Version and build, as ``omnibus --version`` prints them.
 BUILD: str
 
+def lidar_model(model: str, period_secs: float) -> dict[str, Any]:
+    """Returns the fields of a ``Lidar`` of this model."""
+
 @final
 class Cancel:
     """Ends a wait of another thread, within 50 ms: the wait raises ``CancelledError``."""
@@ -124,6 +127,13 @@ class Reading:
     @property
     def labels(self) -> NDArray[np.uint32]:
         """Lidar: columns × channels × 2; instance and semantic tag."""
+    @property
+    def last_points(self) -> NDArray[np.float32]:
+        """Lidar: as ``points``, of the last return of each ray, or of the second strongest if the last
+        is the strongest; zeros where there is one return or none."""
+    @property
+    def last_labels(self) -> NDArray[np.uint32]:
+        """Lidar: as ``labels``, of the returns of ``last_points``."""
     @property
     def readings(self) -> NDArray[Any]:
         """Physics sensors: structured records (docs/python.md has their fields)."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 from .pose import Pose, Vector
 
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from ._omnibus import Projection
 
 CameraOutput = Literal["color", "depth", "tags", "instances", "normals", "flow"]
-LidarOutput = Literal["points", "labels"]
+LidarOutput = Literal["points", "labels", "last_points", "last_labels"]
+LidarModel = Literal["vlp-16", "hdl-64e", "os1-128", "livox-mid-40"]
 
 _ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -136,7 +137,7 @@ class Camera:
 
 @dataclass(frozen=True)
 class Lidar:
-    """A lidar; channels are spaced equally between two elevations."""
+    """A lidar; without ``elevations_rad`` its channels are spaced equally between two elevations."""
 
     name: str
     channels: int = 32
@@ -156,12 +157,33 @@ class Lidar:
     attenuation_per_m: float = 0.004
     #: Revolutions per second; None: the whole field of view at one instant in every frame.
     rotation_rate_hz: float | None = None
+    #: Elevation of each channel, the highest first, at most 128. If given, ``channels``, ``lower_rad`` and
+    #: ``upper_rad`` have no effect.
+    elevations_rad: Sequence[float] | None = None
+    #: Turns per second of the two prisms of a Risley scanner, whose beams draw a rosette with the diameter
+    #: ``fov_rad``; None: columns and channels. The beams are in the order of time.
+    prism_hz: tuple[float, float] | None = None
+    #: Whether each column starts where the sensor was at its time, so that points are in sensor space at that
+    #: time. Needs ``rotation_rate_hz`` or ``prism_hz``.
+    sweep: bool = False
+    #: Full angle of the cone of a beam, at most 0.1; 0: a ray. A wide beam can have several returns.
+    divergence_rad: float = 0.0
+    #: Whether fog and rain of the simulated weather attenuate pulses and reflect them.
+    weather: bool = False
     #: The fourth number of a point.
     point_attribute: Literal["intensity", "cos_incidence"] = "intensity"
     outputs: Sequence[LidarOutput] = ("points", "labels")
     period_secs: float = 0.0
     seed: int = 0
     kind: ClassVar[str] = "lidar"
+
+    @classmethod
+    def of_model(cls, model: LidarModel, name: str, frame_secs: float, **fields: Any) -> Lidar:
+        """A lidar of a maker, with as many columns as it fires in ``frame_secs``: its ``period_secs``, or
+        the time step of the world. ``fields`` replace those of the data sheet."""
+        from ._omnibus import lidar_model
+
+        return cls(name, **{**lidar_model(model, frame_secs), **fields})
 
 
 @dataclass(frozen=True)

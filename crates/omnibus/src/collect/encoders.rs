@@ -16,7 +16,7 @@ use std::{
 };
 
 use bus::clock;
-use client_lib::RadarDetection;
+use client_lib::{RadarDetection, RadarRays};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use glam::Vec3;
 use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, Weather, output, sensor};
@@ -77,12 +77,14 @@ impl FrameData {
 
     /// Returns the detections of a radar, each with the id and tag of what it met; `None` for other
     /// sensors.
-    fn detections<'a>(
-        &'a self,
+    fn detections(
+        &self,
         sensor: usize,
-        context: &'a DataSetContext,
-    ) -> Result<Option<impl Iterator<Item = (RadarDetection, [u32; 2])> + 'a>, CollectError> {
-        let Some(radar) = &context.sensors[sensor].radar else { return Ok(None) };
+        context: &DataSetContext,
+    ) -> Result<Option<Detections>, CollectError> {
+        let PlannedSensor { radar: Some(radar), receiver, .. } = &context.sensors[sensor] else {
+            return Ok(None);
+        };
         let velocity_of = |id: ActorId| match self.actors.binary_search_by_key(&id, |a| a.actor_id)
         {
             Ok(index) => self.actors[index].velocity(),
@@ -90,14 +92,25 @@ impl FrameData {
         };
         let (plane, points) = self.plane(sensor, output::POINTS)?;
         let labels = self.plane(sensor, output::LABELS)?.1;
-        Ok(Some(radar.detections(
-            self.header.stamp.sim_time_nanos,
-            plane,
-            bytemuck::cast_slice(points),
-            bytemuck::cast_slice(labels),
-            velocity_of,
-            context.ego,
-        )))
+        let (points, labels) = (bytemuck::cast_slice(points), bytemuck::cast_slice(labels));
+        let Some(receiver) = receiver else {
+            let nanos = self.header.stamp.sim_time_nanos;
+            let found = radar.detections(nanos, plane, points, labels, velocity_of, context.ego);
+            return Ok(Some(Detections { rows: found.collect(), powers: Vec::new() }));
+        };
+        let rays = RadarRays { plane, fov_rad: radar.fov_rad, points, labels };
+        let mut found = Detections::default();
+        for target in receiver.targets(rays, velocity_of, context.ego) {
+            let detection = RadarDetection {
+                velocity_mps: target.velocity_mps,
+                azimuth_rad: target.azimuth_rad,
+                altitude_rad: target.altitude_rad,
+                depth_m: target.depth_m,
+            };
+            found.rows.push((detection, target.label));
+            found.powers.push([target.power_dbm, target.snr_db, target.cross_section_dbsm]);
+        }
+        Ok(Some(found))
     }
 
     fn plane(&self, sensor: usize, output: u32) -> Result<(&Plane, &[u8]), CollectError> {
@@ -113,6 +126,15 @@ impl FrameData {
             }),
         }
     }
+}
+
+/// Detections of a radar in one frame.
+#[derive(Default)]
+struct Detections {
+    /// Each with the id and tag of what it met.
+    rows: Vec<(RadarDetection, [u32; 2])>,
+    /// Power, ratio of signal to noise and cross-section of each; empty without a receiver.
+    powers: Vec<[f32; 3]>,
 }
 
 /// What all encoder threads share.
@@ -304,8 +326,8 @@ impl Shared {
             Task::Image { sensor, output, folder } => {
                 self.image(data, *sensor, *output, folder, &mut buffers.encoder)?;
             }
-            Task::Points { sensor, points, labels } => {
-                self.points(data, *sensor, [points, labels], buffers)?;
+            Task::Points { sensor, points, labels, powers } => {
+                self.points(data, *sensor, [points, labels], powers.as_deref(), buffers)?;
             }
             Task::Boxes => self.boxes(data, buffers)?,
             Task::Lanes => self.lanes(data)?,
@@ -352,11 +374,16 @@ impl Shared {
         data: &FrameData,
         sensor: usize,
         [points_folder, labels_folder]: [&str; 2],
+        powers_folder: Option<&str>,
         buffers: &mut WorkerBuffers,
     ) -> Result<(), CollectError> {
         let (points, labels) = (&mut buffers.points, &mut buffers.labels);
+        let mut powers = Vec::new();
         let count = match data.detections(sensor, &self.context)? {
-            Some(detections) => encode::detections(detections, points, labels),
+            Some(found) => {
+                powers = found.powers;
+                encode::detections(found.rows.into_iter(), points, labels)
+            }
             None => {
                 let rays = bytemuck::cast_slice(data.plane(sensor, output::POINTS)?.1);
                 let met = bytemuck::cast_slice(data.plane(sensor, output::LABELS)?.1);
@@ -366,6 +393,11 @@ impl Shared {
         let name = self.context.sensors[sensor].spec.name.to_string();
         lock(&data.counts.points).insert(name, count);
         self.write(data, points_folder, "bin", &buffers.points)?;
+        if let Some(folder) = powers_folder {
+            let numbers = powers.as_flattened().iter();
+            let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
+            self.write(data, folder, "bin", &bytes)?;
+        }
         self.write(data, labels_folder, "bin", &buffers.labels)
     }
 
@@ -388,7 +420,7 @@ impl Shared {
                 });
             }
             if let Some(detections) = data.detections(index, context)? {
-                let labels: Vec<_> = detections.map(|(_, label)| label).collect();
+                let labels: Vec<_> = detections.rows.iter().map(|(_, label)| *label).collect();
                 let returns = boxes::returns(&labels, boxed);
                 views.radars.push(LidarView { name: spec.name.as_str(), returns });
             } else if spec.outputs & output::LABELS != 0 {

@@ -212,8 +212,8 @@ impl Lens {
     }
 }
 
-/// A lidar that measures its whole turn at one instant.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+/// A lidar; without the optional fields it measures its whole turn at one instant.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Lidar {
     pub(crate) channels: u32,
     pub(crate) columns: u32,
@@ -221,6 +221,21 @@ pub(crate) struct Lidar {
     pub(crate) lower_elevation_rad: f64,
     pub(crate) range_m: f64,
     pub(crate) attenuation_per_m: f64,
+    /// Of each channel, the highest first; empty: spaced equally.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub(crate) elevations_rad: Vec<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) prism_hz: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) rotation_rate_hz: Option<f64>,
+    /// Whether points are in the space of the sensor at the time of their column.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) sweep: bool,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) divergence_rad: Option<f64>,
+    /// Whether fog and rain have returns, which have the id 0 and the tag 22.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub(crate) weather: bool,
 }
 
 /// A radar that looks in random directions of an elliptic cone, more of them in its middle.
@@ -231,6 +246,22 @@ pub(crate) struct Radar {
     pub(crate) range_m: f64,
     /// Directions of one measurement; those that meet something give a detection.
     pub(crate) points: u64,
+    /// With a receiver, the cells that it detects are the detections, and `points` has no effect.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) receiver: Option<Receiver>,
+}
+
+/// The receiver of a radar.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Receiver {
+    pub(crate) frequency_hz: f64,
+    pub(crate) transmit_power_dbm: f64,
+    pub(crate) antenna_gain_db: f64,
+    pub(crate) noise_dbm: f64,
+    pub(crate) snr_min_db: f64,
+    /// Size of a cell: metres, radians, metres per second.
+    pub(crate) cell: [f64; 3],
+    pub(crate) has_ghosts: bool,
 }
 
 /// The actors at the start.

@@ -152,7 +152,11 @@ pub(crate) fn check(
         expect("width", image.width as u64, camera.width_px.into())?;
         expect("height", image.height as u64, camera.height_px.into())?;
     } else if let Some(points) = line.point_counts.get(name) {
-        let size = if output == "labels" { 8 } else { 16 };
+        let size = match output {
+            "labels" => 8,
+            "powers" => 12,
+            _ => 16,
+        };
         expect("bytes", file.len() as u64, points * size)?;
     } else {
         return Err("no sensor in metadata.json writes it".to_owned());

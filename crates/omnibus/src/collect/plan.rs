@@ -274,6 +274,7 @@ impl Plan {
         let of_entry = |(entry, spec): (&SensorEntry, SensorSpec)| PlannedSensor {
             spec,
             radar: entry.radar(spec.period_nanos),
+            receiver: entry.receiver(),
         };
         Ok(self.sensors.iter().zip(specs).map(of_entry).collect())
     }

@@ -2,9 +2,9 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use client_lib::Radar;
+use client_lib::{Radar, RadarReceiver};
 use glam::{Affine3A, Mat3A, Vec3, Vec3A};
-use protocol::{Pose, SensorSpec, output, sensor};
+use protocol::{Pose, SensorSpec, lidar_flag, output, sensor};
 
 use crate::collect::{
     camera_model::CameraModel,
@@ -43,11 +43,13 @@ pub(crate) struct PlannedSensor {
     pub(crate) spec: SensorSpec,
     /// What a radar detects with its rays; `None` for other sensors.
     pub(crate) radar: Option<Radar>,
+    /// The receiver of a radar with powers.
+    pub(crate) receiver: Option<RadarReceiver>,
 }
 
 impl From<SensorSpec> for PlannedSensor {
     fn from(spec: SensorSpec) -> PlannedSensor {
-        PlannedSensor { spec, radar: None }
+        PlannedSensor { spec, radar: None, receiver: None }
     }
 }
 
@@ -58,7 +60,7 @@ pub(crate) fn sensor_from_optical() -> Affine3A {
 
 /// Returns a sensor's entry in `metadata.json`.
 pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
-    let PlannedSensor { spec, radar } = sensor;
+    let PlannedSensor { spec, radar, receiver } = sensor;
     let vehicle_from_sensor = spec.parent_from_sensor.affine();
     let is_camera = spec.kind == sensor::CAMERA;
     let camera = is_camera.then(|| {
@@ -97,6 +99,19 @@ pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
             vertical_fov_rad,
             range_m: shortest_decimal(radar.range_m),
             points: radar.points as u64,
+            receiver: receiver.map(|receiver| {
+                let RadarReceiver { frequency_hz, transmit_power_dbm, antenna_gain_db, .. } =
+                    receiver;
+                format::Receiver {
+                    frequency_hz: shortest_decimal(frequency_hz),
+                    transmit_power_dbm: shortest_decimal(transmit_power_dbm),
+                    antenna_gain_db: shortest_decimal(antenna_gain_db),
+                    noise_dbm: shortest_decimal(receiver.noise_dbm),
+                    snr_min_db: shortest_decimal(receiver.snr_min_db),
+                    cell: receiver.cell.map(shortest_decimal),
+                    has_ghosts: receiver.has_ghosts,
+                }
+            }),
         }
     });
     let lidar = is_lidar.then(|| Lidar {
@@ -106,6 +121,14 @@ pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
         lower_elevation_rad: shortest_decimal(spec.lower_rad),
         range_m: shortest_decimal(spec.range_m),
         attenuation_per_m: shortest_decimal(spec.attenuation_per_m),
+        elevations_rad: elevations_rad(spec),
+        prism_hz: spec.lidar.has_prisms().then(|| spec.lidar.prism_hz.map(shortest_decimal)),
+        rotation_rate_hz: Some(spec.rotation_rate_hz).filter(|hz| *hz > 0.0).map(shortest_decimal),
+        sweep: spec.lidar.has(lidar_flag::SWEEP),
+        divergence_rad: Some(spec.lidar.divergence_rad)
+            .filter(|rad| *rad > 0.0)
+            .map(shortest_decimal),
+        weather: spec.lidar.has(lidar_flag::WEATHER),
     });
     Sensor {
         name: spec.name.to_string(),
@@ -116,6 +139,14 @@ pub(crate) fn describe(sensor: &PlannedSensor) -> Sensor {
         lidar,
         radar,
     }
+}
+
+/// Returns the elevations of the channels of a lidar that has a table of them.
+fn elevations_rad(spec: &SensorSpec) -> Vec<f64> {
+    let channels = if spec.lidar.has(lidar_flag::ELEVATIONS) { spec.height } else { 0 };
+    (0..channels)
+        .map(|channel| shortest_decimal(spec.lidar.elevation_rad(channel) as f32))
+        .collect()
 }
 
 /// Returns the word for a kind of sensor in `metadata.json`.
@@ -138,7 +169,13 @@ pub(crate) enum Task {
     /// An image of one output of one camera.
     Image { sensor: usize, output: u32, folder: String },
     /// The returns of one lidar or the detections of one radar, with the id and tag of each.
-    Points { sensor: usize, points: String, labels: String },
+    Points {
+        sensor: usize,
+        points: String,
+        labels: String,
+        /// Of the powers of a radar with a receiver.
+        powers: Option<String>,
+    },
     /// The boxes of what the sensors saw.
     Boxes,
     /// The lane lines in the images.
@@ -154,7 +191,7 @@ pub(crate) const LANES: &str = "lanes";
 /// Returns everything to write for every frame, the slowest first.
 pub(crate) fn tasks(sensors: &[PlannedSensor]) -> Vec<Task> {
     let mut tasks = Vec::new();
-    for (index, PlannedSensor { spec, radar }) in sensors.iter().enumerate() {
+    for (index, PlannedSensor { spec, radar, receiver }) in sensors.iter().enumerate() {
         if spec.kind == sensor::LIDAR {
             let what = if radar.is_some() { "detections" } else { "points" };
             let points = format!("{}/{what}", spec.name);
@@ -162,6 +199,7 @@ pub(crate) fn tasks(sensors: &[PlannedSensor]) -> Vec<Task> {
                 sensor: index,
                 points,
                 labels: format!("{}/labels", spec.name),
+                powers: receiver.map(|_| format!("{}/powers", spec.name)),
             });
             continue;
         }
@@ -197,10 +235,11 @@ pub(crate) fn outputs(sensors: &[PlannedSensor], format: ImageFormat) -> Vec<Out
                 let extension = format.extension(output);
                 add(&folder, extension, image_holds(extension, output));
             }
-            Task::Points { sensor, points, labels } => {
+            Task::Points { sensor, points, labels, powers } => {
                 let of_radar = "little-endian f32 range rate in metres per second, azimuth (positive to \
                      the left) and altitude (positive upwards) in radians in sensor space, and \
-                     distance in metres, for each random direction in which the radar met something";
+                     distance in metres, for each random direction in which the radar met something, or \
+                     each cell that its receiver detected";
                 let of_lidar = "little-endian f32 x, y, z in metres in sensor space and intensity 0 to 1, for \
                      each ray that met something, column by column from straight behind over \
                      the right, ahead and the left, the highest channel first";
@@ -211,6 +250,14 @@ pub(crate) fn outputs(sensors: &[PlannedSensor], format: ImageFormat) -> Vec<Out
                     "bin",
                     "little-endian u32 id and u32 tag, for each point of the other file, in its order",
                 );
+                if let Some(powers) = powers {
+                    add(
+                        &powers,
+                        "bin",
+                        "little-endian f32 received power in dBm, ratio of signal to noise in dB and \
+                         cross-section in dBm², for each detection of the other file, in its order",
+                    );
+                }
             }
             Task::Boxes => add(
                 BOXES,

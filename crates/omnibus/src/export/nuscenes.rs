@@ -504,7 +504,10 @@ fn points(plain: &[u8], lidar: &Lidar) -> Vec<u8> {
         let [x, y, z, intensity] = [point[0], point[1], point[2], point[3]];
         let elevation = f64::from(z).atan2(f64::from(x).hypot(f64::from(y)));
         let share = if span > 0.0 { (elevation - lidar.lower_elevation_rad) / span } else { 0.0 };
-        let ring = (share * last).round().clamp(0.0, last) as f32;
+        let by_table = lidar.elevations_rad.iter().rev().map(|rad| (rad - elevation).abs());
+        let nearest = by_table.enumerate().min_by(|a, b| a.1.total_cmp(&b.1));
+        let ring = nearest.map_or((share * last).round(), |(ring, _)| ring as f64);
+        let ring = ring.clamp(0.0, last) as f32;
         file.extend([-y, x, z, intensity * 255.0, ring].iter().flat_map(|v| v.to_le_bytes()));
     }
     file
@@ -522,7 +525,7 @@ mod tests {
             upper_elevation_rad: 0.1,
             lower_elevation_rad: -0.1,
             range_m: 100.0,
-            attenuation_per_m: 0.0,
+            ..Lidar::default()
         };
         // 10 m ahead, 1 m to the left, straight; and 10 m to the left, below.
         let plain = [10.0f32, 1.0, 0.0, 0.5, 0.0, 10.0, -1.0, 1.0];

@@ -277,6 +277,12 @@ impl<'a> Frame<'a> {
         self.returns(sensor, "detections", 16)
     }
 
+    /// Reads the powers of the detections of a radar with a receiver: power, ratio of signal to noise and
+    /// cross-section, as little-endian f32.
+    pub(crate) fn powers(&self, sensor: &Sensor) -> Result<Vec<u8>, CollectError> {
+        self.returns(sensor, "powers", 12)
+    }
+
     fn returns(&self, sensor: &Sensor, what: &str, size: u64) -> Result<Vec<u8>, CollectError> {
         let output = format!("{}/{what}", sensor.name);
         let bytes = self.bytes(&output, "bin")?;
