@@ -246,7 +246,7 @@ fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     if (developments[how].shot > 0.0) {
         let seed = developments[how].seed;
         let random =
-            vec3f(normal_number(at, seed, 0u), normal_number(at, seed, 1u), normal_number(at, seed, 2u));
+            vec3f(pixel_noise(at, seed, 0u), pixel_noise(at, seed, 1u), pixel_noise(at, seed, 2u));
         exposed += sqrt(exposed * developments[how].shot + developments[how].read) * random;
     }
     let red = tone_of(how, dot(developments[how].balance[0].xyz, exposed));
@@ -256,7 +256,7 @@ fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
 }
 
 // Random number with mean 0 and variance 1.
-fn normal_number(at: vec2u, seed: u32, channel: u32) -> f32 {
+fn pixel_noise(at: vec2u, seed: u32, channel: u32) -> f32 {
     let first = hash_of(at.x, at.y, seed + 2u * channel * 0x68bc21ebu);
     let second = hash_of(at.x, at.y, seed + (2u * channel + 1u) * 0x68bc21ebu);
     let sum = (first & 0xffffu) + (first >> 16u) + (second & 0xffffu) + (second >> 16u);
