@@ -16,7 +16,6 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
 
 /// Ray generator of a sensor.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "one for each sensor of a frame")]
 pub(crate) enum Sensor {
     Camera(Camera),
     Lidar(Lidar),
