@@ -52,7 +52,7 @@ pub(crate) fn write(set: &Set, root: &Path, threads: Threads) -> anyhow::Result<
 }
 
 /// Size of a point in a file.
-const POINT_BYTES: usize = 24;
+const POINT_BYTES: usize = 21;
 
 /// Returns a binary PLY file of returns: 16 bytes each of `points`, 8 bytes of `labels`.
 fn cloud(points: &[u8], labels: &[u8]) -> Vec<u8> {
@@ -60,13 +60,14 @@ fn cloud(points: &[u8], labels: &[u8]) -> Vec<u8> {
     let head = format!(
         "ply\nformat binary_little_endian 1.0\ncomment metres, sensor space: x forward, y left, z up\n\
          element vertex {count}\nproperty float x\nproperty float y\nproperty float z\n\
-         property float intensity\nproperty uint instance\nproperty uint tag\nend_header\n"
+         property float intensity\nproperty int instance\nproperty uchar tag\nend_header\n"
     );
     let mut file = Vec::with_capacity(head.len() + count * POINT_BYTES);
     file.extend_from_slice(head.as_bytes());
     for (point, label) in points.chunks_exact(16).zip(labels.chunks_exact(8)) {
         file.extend_from_slice(point);
-        file.extend_from_slice(label);
+        // Open3D knows no 32-bit unsigned numbers; ids have 24 bits, and tags 8.
+        file.extend_from_slice(&label[..5]);
     }
     file
 }
