@@ -14,7 +14,7 @@ use crate::{
 
 /// Receiver of a radar, which adds up what the rays of [`Radar::grid`](crate::Radar::grid) met.
 ///
-/// Each ray stands for the part of a surface that it sees, of area `d² · Ω`, whose cross-section is that
+/// Each ray stands for the part of a surface that it covers, of area `d² · Ω`, whose cross-section is that
 /// area times a number by its semantic tag. The received power is that of the radar equation
 /// (M. Skolnik, *Introduction to Radar Systems*, 3rd edition, section 1.2):
 ///
