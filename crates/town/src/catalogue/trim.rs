@@ -5,6 +5,7 @@ use mesh::Material;
 
 use crate::{
     catalogue::{
+        cage::Surface,
         fittings,
         profile::{Measure, Silhouette, Skin},
     },
@@ -112,6 +113,8 @@ struct End<'a> {
     shape: &'a Silhouette,
     measure: &'a Measure<'a>,
     is_front: bool,
+    /// The body, if it is made from a control cage: parts follow it.
+    surface: Option<&'a Surface>,
 }
 
 impl End<'_> {
@@ -143,10 +146,63 @@ impl End<'_> {
         ([self.measure.at(from_end(depth)), u * half * 0.985], [forward * ahead / sum, aside / sum])
     }
 
+    /// How far lamps rise from the middle to the corner. Metres.
+    fn rise(&self, u: f32) -> f32 {
+        let most = if self.is_front { 0.05 } else { 0.02 };
+        (u - 0.5).max(0.0) * most * 2.0
+    }
+
+    fn forward(&self) -> f32 {
+        if self.is_front { 1.0 } else { -1.0 }
+    }
+
+    /// The point of the body at the end, seen along x, `y` beside the middle.
+    fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
+        self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
+    }
+
+    /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
+    fn round(&self, side: f32, u: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let half = self.measure.body_m * 0.5;
+        let end = if self.is_front { 0.0 } else { self.measure.size_m.x };
+        let from = vec3(self.measure.nose_m - end - self.forward() * half, 0.0, z);
+        let (sin, cos) = (u * 1.12 * std::f32::consts::FRAC_PI_4).sin_cos();
+        self.surface?.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
+    }
+
+    /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
+    /// end below the body.
+    fn shell(&self, builder: &mut MeshBuilder, grid: &[Vec<(Vec3, Vec3)>], out: f32) {
+        let rings: Vec<Vec<Vec3>> = grid
+            .iter()
+            .map(|line| {
+                let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
+                let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
+                lifted.chain(sunk).collect()
+            })
+            .collect();
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+
     /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
     /// width and two heights.
     fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
         let steps = 5;
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
+            // Lamps rise and narrow towards the sides.
+            let lift = self.rise(fraction);
+            (0..4)
+                .map(|row| {
+                    let z = z[0] + (z[1] - z[0]) * row as f32 / 3.0;
+                    self.round(side, fraction, z + lift)
+                })
+                .collect()
+        };
+        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, OUT_M * 0.5);
+        }
         let rings: Vec<Vec<Vec3>> = (0..=steps)
             .map(|step| {
                 let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
@@ -167,8 +223,9 @@ impl End<'_> {
     /// Adds a forward-facing disc that protrudes by this distance.
     fn disc(&self, builder: &mut MeshBuilder, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
         let ([x, y], _) = self.place(u);
-        let forward = if self.is_front { 1.0 } else { -1.0 };
+        let forward = self.forward();
         let at = vec3(x, y * side, z);
+        let at = self.ahead(u * self.measure.body_m * 0.5 * side, z).map_or(at, |hit| hit.0);
         builder.cone(
             at - Vec3::X * 0.10 * forward,
             at + Vec3::X * forward * out,
@@ -179,6 +236,13 @@ impl End<'_> {
 
     /// Adds an upright plate across the middle that protrudes slightly.
     fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let y = half * (step as f32 / 4.0 - 1.0);
+            (0..4).map(|row| self.ahead(y, z[0] + (z[1] - z[0]) * row as f32 / 3.0)).collect()
+        };
+        if let Some(grid) = (0..=8).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, out);
+        }
         let x = self.place(0.0).0[0];
         let forward = if self.is_front { 1.0 } else { -1.0 };
         let (a, b) = (x - forward * 0.05, x + forward * out);
@@ -187,9 +251,15 @@ impl End<'_> {
 }
 
 /// Adds everything but mirrors and handles.
-pub(super) fn fit(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, trim: &Trim) {
-    front(builder, shape, measure, trim);
-    rear(builder, shape, measure, trim);
+pub(super) fn fit(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    trim: &Trim,
+    surface: Option<&Surface>,
+) {
+    front(builder, shape, measure, trim, surface);
+    rear(builder, shape, measure, trim, surface);
     extra(builder, shape, measure, trim.3);
 }
 
@@ -199,8 +269,9 @@ pub(super) fn front(
     shape: &Silhouette,
     measure: &Measure,
     Trim(lamps, grille, ..): &Trim,
+    surface: Option<&Surface>,
 ) {
-    let end = End { shape, measure, is_front: true };
+    let end = End { shape, measure, is_front: true, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let top = shape.top(0.008) * height - 0.012;
     let low = shape.clearance_m + 0.06;
@@ -335,8 +406,9 @@ fn rear(
     shape: &Silhouette,
     measure: &Measure,
     Trim(_, _, tail, _): &Trim,
+    surface: Option<&Surface>,
 ) {
-    let end = End { shape, measure, is_front: false };
+    let end = End { shape, measure, is_front: false, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let top = shape.top(0.990) * height - 0.012;
     let low = shape.clearance_m + 0.06;
