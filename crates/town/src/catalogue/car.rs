@@ -15,6 +15,7 @@ use crate::{
         profile::{Measure, PILLAR, SEAM, SHELL, Silhouette, Skin::Pane},
     },
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
+    subdivision::Cage,
 };
 
 /// Colours of parts that do not have the actor's own colour.
@@ -80,7 +81,9 @@ fn subdivided(
         let tint = color.filter(|_| is_paint).map_or(0, Face::tint);
         Face { material: skin.material as u8, object, tint, ..usual }
     });
-    cabin::lining(builder, &cage);
+    // Points keep their indices: the coarse faces between points of the finished surface.
+    let points = fine.points[..cage.points.len()].to_vec();
+    cabin::lining(builder, &Cage { points, ..cage });
     Surface::of(&fine)
 }
 

@@ -119,10 +119,10 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure, 
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {
-        trim::fit(builder, shape, &front, &trim, None);
+        trim::fit(builder, shape, &front, &trim, None, number);
         return seats(builder, measure);
     }
-    trim::front(builder, shape, &front, &trim, None);
+    trim::front(builder, shape, &front, &trim, None, number);
     let rear = front.nose_m - front.size_m.x;
     chassis(builder, measure, rear);
     match heavy.load {
