@@ -70,8 +70,8 @@ impl<T: Copy> Cage<T> {
         for ((key, sides), number) in edges.iter().zip(first_edge..) {
             let sharp = self.sharpness(*key, sides);
             let middle = (point(key.0) + point(key.1)) * 0.5;
-            let smooth =
-                mean(&mut sides.faces.iter().map(|face| centers[*face as usize])) * 0.5 + middle * 0.5;
+            let smooth = mean(&mut sides.faces.iter().map(|face| centers[*face as usize])) * 0.5
+                + middle * 0.5;
             edge_points.push(smooth.lerp(middle, sharp.min(1.0)));
             numbers.insert(*key, number);
             for (own, other) in [(key.0, key.1), (key.1, key.0)] {
@@ -135,10 +135,9 @@ impl Vertex {
         }
         let n = self.edges;
         // (Q + 2 R + (n - 3) S) / n with R, the mean of the middles of the edges, written out.
-        let smooth = (self.centers / self.faces.max(1.0)
-            + (self.neighbours / n + own)
-            + own * (n - 3.0))
-            / n;
+        let smooth =
+            (self.centers / self.faces.max(1.0) + (self.neighbours / n + own) + own * (n - 3.0))
+                / n;
         let sharp = match self.sharp_edges {
             ..2.0 => return smooth,
             2.0 => own * 0.75 + self.sharp_ends * 0.125,
@@ -154,7 +153,9 @@ mod tests {
 
     fn cube() -> Cage<u8> {
         let points = (0..8u32)
-            .map(|corner| Vec3::from_array([1, 2, 4].map(|bit| if corner & bit == 0 { -1.0 } else { 1.0 })))
+            .map(|corner| {
+                Vec3::from_array([1, 2, 4].map(|bit| if corner & bit == 0 { -1.0 } else { 1.0 }))
+            })
             .collect();
         let faces =
             [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];

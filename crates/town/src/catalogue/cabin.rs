@@ -134,10 +134,8 @@ pub(super) fn furnish(
             |_, _| None,
         );
     });
-    builder.block(
-        vec3(cabin.rows[0] - 0.1, -0.10, cabin.floor),
-        vec3(deep + 0.1, 0.10, hip + 0.06),
-    );
+    builder
+        .block(vec3(cabin.rows[0] - 0.1, -0.10, cabin.floor), vec3(deep + 0.1, 0.10, hip + 0.06));
     wheel(builder, steering(&cabin));
     for (row, x) in cabin.rows.iter().enumerate() {
         for side in [1.0, -1.0] {
@@ -194,9 +192,18 @@ fn seat(builder: &mut MeshBuilder, hip: Vec3, is_rear: bool) {
     // Rings across the cushion, from its front edge up to the top of the back.
     let ring = |center: Vec3, lean: f32, thick: f32, wide: f32| -> Vec<Vec3> {
         let out = Quat::from_rotation_y(lean);
-        [(-1.0, -0.6), (-0.8, -1.0), (0.8, -1.0), (1.0, -0.6), (1.0, 0.6), (0.85, 1.0), (-0.85, 1.0), (-1.0, 0.6)]
-            .map(|(y, z): (f32, f32)| hip + center + out * vec3(0.0, y * wide, z * thick))
-            .to_vec()
+        [
+            (-1.0, -0.6),
+            (-0.8, -1.0),
+            (0.8, -1.0),
+            (1.0, -0.6),
+            (1.0, 0.6),
+            (0.85, 1.0),
+            (-0.85, 1.0),
+            (-1.0, 0.6),
+        ]
+        .map(|(y, z): (f32, f32)| hip + center + out * vec3(0.0, y * wide, z * thick))
+        .to_vec()
     };
     builder.solid(|builder| {
         let rings = [

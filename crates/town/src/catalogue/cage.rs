@@ -52,7 +52,7 @@ pub(super) struct HalfCar {
 }
 
 /// The radius of the control points of a wheel arch in wheel radii; the edge lies further inside.
-const ARCH: f32 = 1.21;
+const ARCH: f32 = 1.25;
 /// The angles at which an arch begins and ends, above the horizontal. Radians.
 const ARCH_ENDS: [f32; 2] = [PI * 200.0 / 180.0, -PI * 20.0 / 180.0];
 
@@ -122,7 +122,12 @@ impl HalfCar {
                 },
                 "t" => match numbers(words.clone()) {
                     _ if words.next() != Some("crease") => return Err(error("unknown tag")),
-                    _ => match numbers({ words.next(); words }).as_deref() {
+                    _ => match numbers({
+                        words.next();
+                        words
+                    })
+                    .as_deref()
+                    {
                         Some([a, b, sharp]) if a.max(*b) < count as f32 && a.min(*b) >= 0.0 => {
                             car.creases.push((*a as u32, *b as u32, *sharp));
                         }
@@ -210,7 +215,8 @@ pub(super) struct Surface(Vec<[Vec3; 3]>);
 
 impl Surface {
     pub(super) fn of<T>(cage: &Cage<T>) -> Surface {
-        let corners = |face: &[u32], which: [usize; 3]| which.map(|c| cage.points[face[c] as usize]);
+        let corners =
+            |face: &[u32], which: [usize; 3]| which.map(|c| cage.points[face[c] as usize]);
         let both = |(face, _): &(Vec<u32>, T)| {
             (1..face.len() - 1).map(|c| corners(face, [0, c, c + 1])).collect::<Vec<_>>()
         };
@@ -281,7 +287,11 @@ mod tests {
             ("curve", 6),
             ("# axles 0.8 0.2", 6),
         ] {
-            assert_eq!(HalfCar::parse(&format!("{good}{tail}\n")).unwrap_err().line, line, "{tail}");
+            assert_eq!(
+                HalfCar::parse(&format!("{good}{tail}\n")).unwrap_err().line,
+                line,
+                "{tail}"
+            );
         }
         assert_eq!(HalfCar::parse("").unwrap_err().what, "no axles");
     }

@@ -60,12 +60,7 @@ pub(super) fn body(
 }
 
 /// Adds a body made from a control cage.
-fn subdivided(
-    builder: &mut MeshBuilder,
-    text: &str,
-    measure: &Measure,
-    livery: Livery,
-) -> Surface {
+fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: Livery) -> Surface {
     // A test reads every cage of the catalogue.
     let half = HalfCar::parse(text).expect("a control cage of the catalogue");
     let cage = half.placed(measure);

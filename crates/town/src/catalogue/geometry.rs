@@ -1,6 +1,6 @@
 use mesh::{Face, Mesh};
 
-use crate::catalogue::rig::{OCCUPANTS, Motion, Rig};
+use crate::catalogue::rig::{Motion, OCCUPANTS, Rig};
 
 /// The meshes of a blueprint.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,9 @@ impl Geometry {
             .map(|(joint, number)| match joint.motion {
                 Motion::Shut => part(&mesh, is_shell),
                 Motion::Ajar => part(&mesh, |object| object == number || object == OCCUPANTS),
-                Motion::Still if number == 0 => part(&mesh, |object| object == 0 || object == OCCUPANTS),
+                Motion::Still if number == 0 => {
+                    part(&mesh, |object| object == 0 || object == OCCUPANTS)
+                }
                 _ => part(&mesh, |object| object == number),
             })
             .collect();

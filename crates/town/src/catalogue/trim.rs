@@ -210,7 +210,7 @@ impl End<'_> {
     /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
     /// width and two heights.
     fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
-        let steps = 5;
+        let steps = if self.surface.is_some() { 8 } else { 5 };
         let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
             let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
             // Lamps rise and narrow towards the sides.
@@ -223,7 +223,7 @@ impl End<'_> {
                 .collect()
         };
         if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
-            return self.shell(builder, &grid, OUT_M * 0.5);
+            return self.shell(builder, &grid, OUT_M * 0.8);
         }
         let rings: Vec<Vec<Vec3>> = (0..=steps)
             .map(|step| {
@@ -447,17 +447,17 @@ fn cluster(
 ) {
     let tall = to - from;
     builder.tinted(Material::Glass, [20, 21, 24]);
-    end.cover(builder, side, [inner, 1.14], [from, to], 0.004);
+    end.cover(builder, side, [inner, 1.14], [from, to], 0.009);
     builder.material(Material::LampWhite);
-    end.cover(builder, side, [inner + 0.04, 0.96], [to - tall * 0.30, to - tall * 0.10], 0.008);
+    end.cover(builder, side, [inner + 0.04, 0.96], [to - tall * 0.30, to - tall * 0.10], 0.016);
     builder.material(indicator);
-    end.cover(builder, side, [0.97, 1.10], [to - tall * 0.30, to - tall * 0.10], 0.008);
+    end.cover(builder, side, [0.97, 1.10], [to - tall * 0.30, to - tall * 0.10], 0.016);
     let middle = from + tall * 0.38;
     for (u, material) in [(0.62, Material::LampHigh), (0.84, Material::LampWhite)] {
         let half = (tall * 0.26).min(0.05);
         builder.material(material);
         let u = u + (inner - 0.48) * 0.7;
-        end.cover(builder, side, [u - half, u + half], [middle - half, middle + half], 0.010);
+        end.cover(builder, side, [u - half, u + half], [middle - half, middle + half], 0.018);
     }
 }
 
@@ -540,13 +540,16 @@ fn rear(
 
 /// Adds a number plate with six characters, whose lower edge is at `z`.
 fn number_plate(builder: &mut MeshBuilder, end: &End, z: f32, number: usize) {
-    builder.material(Material::Sign);
-    end.plate(builder, 0.26, [z, z + 0.11], OUT_M);
-    builder.tinted(Material::Plastic, [16, 18, 24]);
     let forward = end.forward();
-    let front = [z + 0.02, z + 0.055, z + 0.09].map(|z| end.ahead(0.0, z).map(|hit| hit.0.x * forward));
+    let front =
+        [z + 0.02, z + 0.055, z + 0.09].map(|z| end.ahead(0.0, z).map(|hit| hit.0.x * forward));
     let middle = front.iter().flatten().copied().reduce(f32::max);
-    let x = middle.unwrap_or(end.place(0.0).0[0] * forward) * forward + forward * (OUT_M + 0.004);
+    let x = middle.unwrap_or(end.place(0.0).0[0] * forward) * forward + forward * OUT_M * 0.6;
+    builder.material(Material::Sign);
+    let back = x - forward * 0.05;
+    builder.block(vec3(x.min(back), -0.26, z), vec3(x.max(back), 0.26, z + 0.11));
+    builder.tinted(Material::Plastic, [16, 18, 24]);
+    let x = x + forward * 0.003;
     let mut random = RandomStream::named(0x91a7e, number as u64);
     for place in 0..6 {
         let glyph =
@@ -643,12 +646,13 @@ fn extra(
         Extra::Spoiler => {
             builder.material(Material::CarPaint);
             let pane = shape.top.iter().rev().find(|point| point.2 == Skin::Pane);
-            if let (Some(pane), Some(_)) = (pane, surface) {
+            if let (Some(pane), Some(skin)) = (pane, surface) {
                 // A lip at the end of the roof.
-                let (x, z) = (measure.at(pane.0), shape.top(pane.0) * height);
+                let x = measure.at(pane.0) + 0.06;
+                let Some((at, _)) = skin.cast(vec3(x, half * 0.45, 0.3), Vec3::Z) else { return };
                 builder.block(
-                    vec3(x - 0.16, -half * 0.56, z - 0.035),
-                    vec3(x + 0.06, half * 0.56, z - 0.01),
+                    vec3(x - 0.20, -half * 0.52, at.z - 0.03),
+                    vec3(x, half * 0.52, at.z + 0.004),
                 );
                 return;
             }
