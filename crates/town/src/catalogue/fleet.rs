@@ -226,10 +226,10 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
                 Extra::Police(rgb) => Livery { upper: None, doors: Some(rgb) },
                 _ => Livery::default(),
             };
-            car::body(&mut builder, shape, &measure, livery);
-            trim::fit(&mut builder, shape, &measure, trim);
+            let surface = car::body(&mut builder, shape, &measure, livery, number);
+            trim::fit(&mut builder, shape, &measure, trim, surface.as_ref(), number);
         }
-        Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure),
+        Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure, number),
         Build::Bike(bike) => {
             two_wheels::body(&mut builder, bike, &measure);
             return builder.mesh;
@@ -238,7 +238,7 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
     let mut mesh = fitted(builder.mesh, blueprint);
     for (one, joint) in blueprint.wheels.iter().zip(1..) {
         let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::Rubber, joint);
-        wheel::car_wheel(&mut builder, one, 18);
+        wheel::car_wheel(&mut builder, one, 24, number);
         mesh.append(&builder.mesh);
     }
     mesh
