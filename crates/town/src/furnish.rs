@@ -6,6 +6,7 @@
 mod bridge;
 mod building;
 mod density;
+mod facade;
 mod frontage;
 mod green;
 mod index;
