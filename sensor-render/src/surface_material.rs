@@ -124,7 +124,9 @@ impl SurfaceMaterial {
             emission = actor_emission(code, actor.lights, dark, albedo);
         } else if code == Material::LampWhite as usize {
             emission = street_light_emission(&world.street_lights, triangle.object, dark);
-        } else if code == Material::Glass as usize && triangle.tag() == Tag::Building as u8 && own != 0
+        } else if code == Material::Glass as usize
+            && triangle.tag() == Tag::Building as u8
+            && own != 0
         {
             emission = room_emission(seed, own, dark);
         }

@@ -3,11 +3,7 @@
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, RandomStream};
 
-use crate::{
-    furnish::facade::Look,
-    mesh_builder::MeshBuilder,
-    static_world::Detail,
-};
+use crate::{furnish::facade::Look, mesh_builder::MeshBuilder, static_world::Detail};
 
 /// What covers a pitched roof and its gables.
 pub(super) struct Cover<'a> {
@@ -261,7 +257,12 @@ impl Slope {
     }
 
     /// Adds dormer windows on the street side.
-    pub(super) fn dormers(&self, builder: &mut MeshBuilder, look: &Look, random: &mut RandomStream) {
+    pub(super) fn dormers(
+        &self,
+        builder: &mut MeshBuilder,
+        look: &Look,
+        random: &mut RandomStream,
+    ) {
         let [x, y] = self.half;
         let count = ((x * 2.0 / 3.6) as u32).clamp(1, 5);
         let wide = random.between(0.62, 0.8);

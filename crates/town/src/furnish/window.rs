@@ -2,8 +2,8 @@
 
 use std::f32::consts::FRAC_PI_2;
 
-use glam::{Quat, vec3};
 use crate::mesh_builder::MeshBuilder;
+use glam::{Quat, vec3};
 
 /// One wall of a building: the first faces the street, the others follow to the left.
 #[derive(Clone, Copy, Debug)]

@@ -52,7 +52,8 @@ impl Facade<'_> {
             self.canvas.paint(Paint { material: Material::Concrete, rgb: [158, 92, 62] });
             self.post([u, edge - 0.25], [z, z + 0.35], 0.14, 6);
             self.canvas.paint(Paint { material: Material::Leaves, rgb: [66, 100, 46] });
-            let (center, radius) = (self.canvas.at([u, z + 0.62, edge - 0.25]), glam::Vec3::splat(0.27));
+            let (center, radius) =
+                (self.canvas.at([u, z + 0.62, edge - 0.25]), glam::Vec3::splat(0.27));
             self.canvas.builder().ball(center, radius, 4, 6);
         }
     }
@@ -70,7 +71,12 @@ impl Facade<'_> {
             let o = edge * bar as f32 / count as f32;
             for u in [l, r] {
                 let ([low, high], w) = (z, 0.011);
-                self.canvas.quad([[u, low, o - w], [u, high, o - w], [u, high, o + w], [u, low, o + w]]);
+                self.canvas.quad([
+                    [u, low, o - w],
+                    [u, high, o - w],
+                    [u, high, o + w],
+                    [u, low, o + w],
+                ]);
             }
         }
     }

@@ -80,7 +80,11 @@ impl Facade<'_> {
             let side = u[1] + part.surround + 0.16;
             if side + 0.15 < area.u[1] {
                 self.canvas.paint(Paint { material: Material::Metal, rgb: [60, 60, 62] });
-                self.canvas.ledge([side - 0.06, side + 0.06], [foot + 1.35, foot + 1.6], [0.0, 0.02]);
+                self.canvas.ledge(
+                    [side - 0.06, side + 0.06],
+                    [foot + 1.35, foot + 1.6],
+                    [0.0, 0.02],
+                );
                 let z = [foot + 1.95, foot + 2.2];
                 self.canvas.ledge([side - 0.07, side + 0.07], z, [0.0, 0.14]);
             }

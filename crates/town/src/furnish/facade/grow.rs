@@ -186,10 +186,11 @@ impl<'a> Facade<'a> {
     /// The renderer lights panes of buildings at night by a hash of their tint, so tints differ a
     /// little.
     pub(super) fn pane(&mut self, u: [f32; 2], z: [f32; 2], o: f32, rgb: [u8; 3]) {
-        let jitter = |random: &mut RandomStream, c: u8| {
-            (f32::from(c) + random.between(-9.0, 9.0)).clamp(8.0, 250.0) as u8
-        };
-        let rgb = rgb.map(|c| jitter(&mut self.random, c));
+        let lighter = self.random.between(-10.0, 10.0);
+        let rgb = rgb.map(|c| {
+            let own = f32::from(c) + lighter + self.random.between(-3.0, 3.0);
+            own.clamp(8.0, 250.0) as u8
+        });
         self.canvas.paint(Paint { material: Material::Glass, rgb });
         self.canvas.rect(u, z, o);
     }

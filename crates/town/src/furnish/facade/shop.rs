@@ -59,8 +59,18 @@ impl Facade<'_> {
         self.note("window", Area { u: show, z: [foot + part.riser, top] });
         self.note("door", Area { u: door, z: [foot, top] });
         self.canvas.paint(joinery).rect(door, hole.z, -d);
-        self.pane([door[0] + 0.12, door[1] - 0.12], [foot + 0.25, foot + 2.1], 0.012 - d, [40, 44, 46]);
-        self.pane([door[0] + 0.12, door[1] - 0.12], [foot + 2.2, top - 0.06], 0.012 - d, [40, 44, 46]);
+        self.pane(
+            [door[0] + 0.12, door[1] - 0.12],
+            [foot + 0.25, foot + 2.1],
+            0.012 - d,
+            [40, 44, 46],
+        );
+        self.pane(
+            [door[0] + 0.12, door[1] - 0.12],
+            [foot + 2.2, top - 0.06],
+            0.012 - d,
+            [40, 44, 46],
+        );
         if full {
             self.canvas.paint(Paint { material: Material::Metal, rgb: [190, 184, 170] });
             let side = if left { door[1] - 0.17 } else { door[0] + 0.17 };

@@ -59,11 +59,23 @@ fn a_mistake_in_the_rules_is_one_error_that_names_the_rule() {
         ("use = \"downpipe\"", "use = \"drainpipe\"", "rule drain: there is no rule drainpipe"),
         ("nothing.over = []", "nothing.over = [\"drain\"]", "contains itself"),
         ("{ each = 4.6, use", "{ each = -4.6, use", "rule shop-run: shop-bay needs one of"),
-        ("{ each = 4.6, use", "{ each = 4.6, size = 1, use", "rule shop-run: shop-bay needs one of"),
+        (
+            "{ each = 4.6, use",
+            "{ each = 4.6, size = 1, use",
+            "rule shop-run: shop-bay needs one of",
+        ),
         ("plinth.wall = {", "plinth.well = {", "unknown variant `well`"),
-        ("front = \"loft-front\"", "front = \"lift-front\"", "style warehouse lofts: there is no rule"),
+        (
+            "front = \"loft-front\"",
+            "front = \"lift-front\"",
+            "style warehouse lofts: there is no rule",
+        ),
         ("colors = \"office\"", "colors = \"offices\"", "no colours for the paint Wall"),
-        ("weight = 3, use = \"shops\"", "weight = 0, use = \"shops\"", "rule street-ground: needs choices"),
+        (
+            "weight = 3, use = \"shops\"",
+            "weight = 0, use = \"shops\"",
+            "rule street-ground: needs choices",
+        ),
     ] {
         let bad = good.replacen(from, to, 1);
         assert_ne!(bad, good, "{from}");
@@ -106,9 +118,8 @@ fn walls_have_no_holes() {
         for step in 0..160 {
             let x = half * (((step * 37) % 160) as f32 / 80.0 - 0.9937);
             let z = high * (step as f32 + 0.37) / 160.3;
-            let side = |[a, b]: [[f32; 2]; 2]| {
-                (b[0] - a[0]) * (z - a[1]) - (b[1] - a[1]) * (x - a[0])
-            };
+            let side =
+                |[a, b]: [[f32; 2]; 2]| (b[0] - a[0]) * (z - a[1]) - (b[1] - a[1]) * (x - a[0]);
             let covered = flat.iter().any(|[a, b, c]| {
                 let s = [side([*a, *b]), side([*b, *c]), side([*c, *a])];
                 s.iter().all(|s| *s >= -1e-4) || s.iter().all(|s| *s <= 1e-4)

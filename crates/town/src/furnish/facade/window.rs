@@ -131,7 +131,8 @@ impl Facade<'_> {
             let hue = *self.random.pick(&[[186, 40, 56], [206, 92, 130], [226, 196, 70]]);
             let count = ((r - l) / 0.09) as u32;
             for flower in 0..count {
-                let u = l + 0.1 + (r - l - 0.2) * (flower as f32 + self.random.unit()) / count as f32;
+                let u =
+                    l + 0.1 + (r - l - 0.2) * (flower as f32 + self.random.unit()) / count as f32;
                 let z = b + 0.14 + self.random.between(0.0, 0.14);
                 let (half, o) = (self.random.between(0.05, 0.09), self.random.between(0.05, 0.2));
                 let (material, rgb) = match self.random.chance(0.4) {
