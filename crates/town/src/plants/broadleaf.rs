@@ -133,7 +133,7 @@ impl Crown<'_> {
         let along = along.normalize_or(normal.any_orthonormal_vector());
         // Most leaves are small; a few are as large as the species allows.
         let young = random.unit();
-        let size = self.leaf_m * (0.55 + 0.75 * young * young);
+        let size = self.leaf_m * (0.62 + 0.75 * young * young);
         let slim = random.between(0.26, 0.4);
         let (long, wide) = (along * size * 0.5, normal.cross(along) * size * slim);
         builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, random));

@@ -21,19 +21,22 @@ pub(super) fn build(
     tube(builder, [Vec3::Z * -0.4, Vec3::Z * 0.4], [trunk_m * 1.4, trunk_m], sides);
     tube(builder, [Vec3::Z * 0.4, Vec3::Z * height * 0.97], [trunk_m, 0.02], sides);
     let (whorls, sprays, leaf_m) =
-        if is_near { (30, 13.0, shape.leaf_m) } else { (13, 6.0, shape.leaf_m * 1.9) };
+        if is_near { (30, 13.0, shape.leaf_m) } else { (17, 5.0, shape.leaf_m * 2.1) };
+    let gap = (height - shape.crown_from_m) / whorls as f32;
     for whorl in 0..whorls {
         // Whorls are denser towards the top, where branches are short.
         let level = ((whorl as f32 + random.between(0.0, 0.6)) / whorls as f32).powf(0.9);
         let z = shape.crown_from_m + (height - shape.crown_from_m) * level;
         let reach = shape.crown_radius_m * (1.0 - level).max(0.05) * random.between(0.86, 1.0);
-        let branches = if is_near { 5 + (4.0 * (1.0 - level)) as u32 } else { 6 };
+        let branches = if is_near { 5 + (4.0 * (1.0 - level)) as u32 } else { 7 };
         let turn = random.between(0.0, std::f32::consts::TAU);
         for branch in 0..branches {
             let angle = turn
                 + std::f32::consts::TAU * branch as f32 / branches as f32
                 + random.between(-0.25, 0.25);
             let out = Vec2::from_angle(angle);
+            // Without this the whorls would be tiers.
+            let z = z + gap * random.between(-0.8, 0.5) * (1.0 - level);
             let long = reach * random.between(0.75, 1.0);
             let count = (sprays * (0.25 + long / shape.crown_radius_m)) as u32;
             for spray in 0..count.max(2) {

@@ -71,7 +71,7 @@ pub(super) const SHAPES: [Shape; 6] = [
         green: [106, 132, 70], bark: [112, 106, 92],
     },
     Shape {
-        species: Species::Spruce, height_m: 11.0, crown_radius_m: 2.4, trunk_radius_m: 0.19,
+        species: Species::Spruce, height_m: 11.0, crown_radius_m: 2.7, trunk_radius_m: 0.19,
         crown_from_m: 0.7, taper: 1.0, rise: 0.0, leaves: 0, leaf_m: 0.34,
         green: [58, 86, 56], bark: [88, 70, 56],
     },
