@@ -101,15 +101,20 @@ impl Facade<'_> {
             if self.fine != Fineness::Full {
                 continue;
             }
-            // Goods and posters, as they are seen through the glass.
-            for _ in 0..3 {
+            // Goods and posters, as they are seen through the glass; no two in one plane.
+            for good in 0..3 {
                 let half = self.random.between(0.08, 0.22);
                 let m = self.random.between(l + half + 0.02, r - half - 0.02);
                 let high = self.random.between(0.15, (z[1] - z[0]) * 0.55);
                 let rgb = *self.random.pick(&GOODS);
                 let foot = z[0] + 0.08;
                 if r - l > 2.5 * half {
-                    self.pane([m - half, m + half], [foot, foot + high], o + 0.014, rgb);
+                    self.pane(
+                        [m - half, m + half],
+                        [foot, foot + high],
+                        o + 0.014 + 0.002 * good as f32,
+                        rgb,
+                    );
                 }
             }
         }
