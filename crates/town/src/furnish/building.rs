@@ -139,10 +139,10 @@ impl House {
         let touching = matches!(self.style, Style::Row | Style::Terrace);
         let [front, side, back] = self.fineness();
         let starts =
-            [(Side::Front, front), (Side::Side, side), (Side::Back, back), (Side::Side, side)];
+            [(Side::Front, front), (Side::Flank, side), (Side::Back, back), (Side::Flank, side)];
         for (number, start) in starts.into_iter().enumerate() {
             let frame = Frame::of_box(half, number);
-            if touching && start.0 == Side::Side {
+            if touching && start.0 == Side::Flank {
                 bare(builder, look, half, number, height);
             } else {
                 facade::draw(builder, look, (frame, height), start, random);
@@ -201,7 +201,7 @@ impl House {
                 let frame = Frame::of_box(half, side).raised(low);
                 // The far sides of a tower are seen as well as its front.
                 let fine = self.fineness()[usize::from(side != 0)];
-                facade::draw(builder, look, (frame, high - low), (Side::Side, fine), random);
+                facade::draw(builder, look, (frame, high - low), (Side::Flank, fine), random);
             }
             low = high;
             if step == 2 {
@@ -220,7 +220,7 @@ impl House {
         self.footing(builder, look);
         let [front, side, back] = self.fineness();
         for (number, start) in [(1, side), (2, back), (3, side)] {
-            let rule = if number == 2 { Side::Back } else { Side::Side };
+            let rule = if number == 2 { Side::Back } else { Side::Flank };
             let frame = Frame::of_box(self.half, number);
             facade::draw(builder, look, (frame, eaves), (rule, start), random);
         }
@@ -246,7 +246,7 @@ impl House {
             foot: vec3((from + to) * 0.5, out, 0.0),
             half: (to - from) * 0.5,
         };
-        facade::draw(builder, look, (wing, low), (Side::Side, front), random);
+        facade::draw(builder, look, (wing, low), (Side::Flank, front), random);
         look.plinth().apply(builder);
         builder.block(vec3(from, y, -FOOTING_M), vec3(to, out + 0.04, 0.02));
         let (left, right) = (from - 0.3, to + 0.3);

@@ -27,7 +27,7 @@ pub(in crate::furnish) enum Fineness {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::furnish) enum Side {
     Front,
-    Side,
+    Flank,
     Back,
 }
 
@@ -105,7 +105,7 @@ impl<'a> Facade<'a> {
         let style = self.look.style();
         match side {
             Side::Front => &style.front,
-            Side::Side => &style.side,
+            Side::Flank => &style.side,
             Side::Back => &style.back,
         }
     }

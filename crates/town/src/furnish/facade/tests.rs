@@ -27,7 +27,7 @@ fn each_wall(mut check: impl FnMut([f32; 2], &[(&'static str, Area)], &mesh::Mes
         for seed in 0..12 {
             let mut random = RandomStream::named(seed, number as u64);
             let look = Look::draw(suits, material, &[], &mut random).expect("a style");
-            for (side, width) in [(Side::Front, wide), (Side::Side, deep), (Side::Back, wide)] {
+            for (side, width) in [(Side::Front, wide), (Side::Flank, deep), (Side::Back, wide)] {
                 let mut builder = MeshBuilder::new(Tag::Building, material, 1);
                 let half = width * 0.5;
                 let frame = Frame { turn: glam::Quat::IDENTITY, foot: Vec3::ZERO, half };
