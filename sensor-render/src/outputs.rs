@@ -6,6 +6,7 @@ use crate::{
     lidar::{first_azimuth_rad, has_echoes, sweeps},
     lidar_echo::Echoes,
     rays::{Sensor, rays},
+    scene::Scene,
     world::World,
 };
 
@@ -58,7 +59,11 @@ pub(crate) struct Work<'a> {
 }
 
 /// Checks a batch, writes each bundle's table of planes, and divides the measurements into tiles.
-pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work<'a>, TraceError> {
+pub(crate) fn split<'a>(
+    scene: &Scene,
+    world: &World,
+    jobs: &'a mut [BundleJob],
+) -> Result<Work<'a>, TraceError> {
     let mut work = Work { sensors: Vec::new(), tiles: Vec::new() };
     for job in jobs {
         let planes = check(job)?;
@@ -78,7 +83,7 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            work.sensors.push(ray_generator(world, job.parent, spec, pose)?);
+            work.sensors.push(ray_generator(scene, world, job.parent, spec, pose)?);
             slices.cut(spec, work.sensors.len() - 1, &mut work.tiles);
         }
     }
@@ -90,14 +95,18 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
 /// # Errors
 /// As [`rays`].
 pub(crate) fn ray_generator(
+    scene: &Scene,
     world: &World,
     parent: ActorId,
     spec: &SensorSpec,
     pose: &Pose,
 ) -> Result<Sensor, TraceError> {
     let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
-    if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion_of(parent)) {
-        camera.before = Some(camera.moved(moved));
+    if let Sensor::Camera(camera) = &mut sensor {
+        if let Some(moved) = world.motion_of(parent) {
+            camera.before = Some(camera.moved(moved));
+        }
+        camera.rain = world.rainfall(scene, camera, parent);
     }
     if let Sensor::Lidar(lidar) = &mut sensor {
         if sweeps(spec)
@@ -110,12 +119,6 @@ pub(crate) fn ray_generator(
         }
     }
     Ok(sensor)
-}
-
-/// Returns whether the shaders lack one of these outputs, so that the CPU tracer must measure the
-/// bundle.
-pub(crate) fn needs_cpu(planes: &[Plane]) -> bool {
-    planes.iter().any(|plane| plane.output & (output::NORMAL | output::FLOW) != 0)
 }
 
 /// Writes `planes` to the first bytes of a payload, with the first azimuths of lidars.

@@ -2,6 +2,7 @@ use glam::{Affine3A, DVec3, Mat3, Vec3};
 use protocol::{EffectsSpec, Plane, Pose, Projection, SensorSpec, Stamp, lens_model, sensor};
 
 use crate::lidar::{Lidar, noise_seed};
+use crate::rain::Rainfall;
 use crate::time_slices::{RAYS_MAX, shares};
 use crate::{error::TraceError, lens::Lens, quality::Quality};
 
@@ -49,6 +50,8 @@ pub(crate) struct Camera {
     pub(crate) seed: u32,
     /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
+    /// Drops and spray in front of it.
+    pub(crate) rain: Rainfall,
 }
 
 /// Position and axes of a camera, scaled as in [`Camera`].
@@ -111,6 +114,7 @@ impl Camera {
             effects: spec.effects,
             seed: noise_seed(spec.seed, stamp.sim_time_nanos),
             before: None,
+            rain: Rainfall::default(),
         })
     }
 
