@@ -82,6 +82,16 @@ fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: 
     Surface::of(&fine)
 }
 
+/// Returns the foremost point of a door of a control cage, the outer one of several.
+pub(super) fn door_front(text: &str, measure: &Measure, door: u32) -> Vec3 {
+    let cage = HalfCar::parse(text).expect("a control cage of the catalogue").placed(measure);
+    let faces = cage.faces.iter().filter(|(_, skin)| skin.part == Part::Door(door));
+    let points = faces.flat_map(|(corners, _)| corners.iter().map(|at| cage.points[*at as usize]));
+    let ahead =
+        |a: &Vec3, b: &Vec3| a.x.total_cmp(&b.x).then_with(|| a.y.abs().total_cmp(&b.y.abs()));
+    points.max_by(ahead).unwrap_or(Vec3::ZERO)
+}
+
 /// Adds a body lofted over the tables of its silhouette.
 fn lofted(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, livery: Livery) {
     let stations = stations(shape, measure);

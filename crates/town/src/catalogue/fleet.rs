@@ -200,7 +200,11 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
             let (from, _) = cuts[number / 2];
             let side = if number % 2 == 0 { 1.0 } else { -1.0 };
             let half = measure.body_m * 0.5 * shape.plan(from);
-            let hinge_m = vec3(measure.at(from), side * half * 0.97, 0.0);
+            let front = match shape.cage {
+                Some(text) => car::door_front(text, &measure, number as u32),
+                None => vec3(measure.at(from), side * half, 0.0),
+            };
+            let hinge_m = vec3(front.x, front.y * 0.97, 0.0);
             let motion = Motion::Door {
                 number: number as u32,
                 hinge_m,
