@@ -17,6 +17,7 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
 
 /// Ray generator of a sensor.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there are few sensors, and most are cameras")]
 pub(crate) enum Sensor {
     Camera(Camera),
     Lidar(Lidar),

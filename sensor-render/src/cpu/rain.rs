@@ -170,7 +170,7 @@ mod tests {
     /// Returns opacities over a field of view of 0.2 by 0.2 round `ahead`, in steps of `step`.
     fn field(rain: &Rainfall, ahead: Vec3, step: f32, t: f32) -> Vec<Vec<f32>> {
         let count = (0.2 / step) as usize / LANES * LANES;
-        let right = Vec3::new(-ahead.y, ahead.x, 0.0).normalize();
+        let right = Vec3::new(-ahead.y, ahead.x, 0.0).normalize_or_zero();
         let isa = Isa::detect();
         (0..count)
             .map(|row| {
