@@ -1,14 +1,21 @@
+use glam::Vec3;
 use protocol::{ActorId, Plane, Pose, SensorSpec, element_bytes, output, sensor};
 
 use crate::{
     error::TraceError,
+    hit::NONE,
     job::BundleJob,
     lidar::{first_azimuth_rad, has_echoes, sweeps},
     lidar_echo::Echoes,
-    rays::{Sensor, rays},
+    rain::Rainfall,
+    rays::{Camera, Sensor, rays},
+    reference::{Ray, closest},
     scene::Scene,
     world::World,
 };
+
+/// Height above a camera up to which a roof keeps rain away. Metres.
+const ROOF_FAR_M: f32 = 100.0;
 
 /// Rows of a camera image in one tile; the height of a packet divides it.
 pub(crate) const TILE_ROWS: u32 = 8;
@@ -106,7 +113,7 @@ pub(crate) fn ray_generator(
         if let Some(moved) = world.motion_of(parent) {
             camera.before = Some(camera.moved(moved));
         }
-        camera.rain = world.rainfall(scene, camera, parent);
+        camera.rain = rainfall(scene, world, camera, parent);
     }
     if let Sensor::Lidar(lidar) = &mut sensor {
         if sweeps(spec)
@@ -119,6 +126,18 @@ pub(crate) fn ray_generator(
         }
     }
     Ok(sensor)
+}
+
+/// Returns the rain and the spray that a camera sees which `parent` carries.
+fn rainfall(scene: &Scene, world: &World, camera: &Camera, parent: ActorId) -> Rainfall {
+    let carrier = world.velocities.binary_search_by_key(&parent, |(id, _)| *id);
+    let velocity = carrier.map_or(Vec3::ZERO, |at| world.velocities[at].1);
+    let has_roof = || {
+        let ray = Ray { origin: camera.origin, direction: Vec3::Z };
+        closest(scene, &World::new(), ray, ROOF_FAR_M).triangle != NONE
+    };
+    let Camera { effects, seed, origin, .. } = camera;
+    Rainfall::new(&world.weather, effects, *seed, *origin, velocity, &world.puffs, has_roof)
 }
 
 /// Writes `planes` to the first bytes of a payload, with the first azimuths of lidars.

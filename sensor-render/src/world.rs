@@ -9,7 +9,6 @@ use protocol::{
 
 use crate::{
     bvh::{Box3, Hierarchy, Link, Node, node_of},
-    hit::NONE,
     instance::{Instance, StreetLight, lights},
     light::Light,
     motion::Motions,
@@ -17,17 +16,13 @@ use crate::{
     parked::ParkedHierarchy,
     pieces::pieces,
     quality::Quality,
-    rain::{Puff, Rainfall},
+    rain::Puff,
     rays::Camera,
-    reference::{Ray, closest},
     sah_build::over_boxes,
     scene::Scene,
     time_slices::{actors_at, shares},
     wide::{WideNode, widen},
 };
-
-/// Height above a camera up to which a roof keeps rain away. Metres.
-const ROOF_FAR_M: f32 = 100.0;
 
 /// What changes every frame: actors, weather and time.
 #[derive(Debug, Default)]
@@ -68,9 +63,9 @@ pub struct World {
     /// Whether no shadow rays are traced.
     is_shadowless: bool,
     /// Velocities of the actors in wet weather, by id, in m/s; else empty.
-    velocities: Vec<(ActorId, Vec3)>,
+    pub(crate) velocities: Vec<(ActorId, Vec3)>,
     /// Spray behind vehicles.
-    puffs: Vec<Puff>,
+    pub(crate) puffs: Vec<Puff>,
 }
 
 impl World {
@@ -157,7 +152,7 @@ impl World {
         self.join(scene, &top, around, top.order.iter().map(|&at| instances[at as usize]));
     }
 
-    /// Computes what [`World::rainfall`] depends on.
+    /// Computes what the rain before a camera depends on.
     fn place_rain(&mut self, actors: &[ActorState]) {
         self.velocities.clear();
         self.puffs.clear();
@@ -167,18 +162,6 @@ impl World {
             self.velocities.extend(actors.iter().map(velocity));
             self.puffs.extend(actors.iter().filter_map(|actor| Puff::of(actor, wetness)));
         }
-    }
-
-    /// Returns the rain and the spray that a camera sees which `parent` carries.
-    pub(crate) fn rainfall(&self, scene: &Scene, camera: &Camera, parent: ActorId) -> Rainfall {
-        let carrier = self.velocities.binary_search_by_key(&parent, |(id, _)| *id);
-        let velocity = carrier.map_or(Vec3::ZERO, |at| self.velocities[at].1);
-        let has_roof = || {
-            let ray = Ray { origin: camera.origin, direction: Vec3::Z };
-            closest(scene, &World::new(), ray, ROOF_FAR_M).triangle != NONE
-        };
-        let Camera { effects, seed, origin, .. } = camera;
-        Rainfall::new(&self.weather, effects, *seed, *origin, velocity, &self.puffs, has_roof)
     }
 
     /// Joins the hierarchy over the actors with that over the parked vehicles, which stay in front.
