@@ -10,7 +10,7 @@ use crate::{furnish::facade::split::Extent, mesh_builder::MeshBuilder};
 /// All rules, styles and colours.
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(in crate::furnish) struct Book {
+pub(crate) struct Book {
     colors: BTreeMap<String, Vec<[u8; 3]>>,
     pub(super) words: Vec<String>,
     paint: BTreeMap<Slot, PaintRule>,
@@ -73,7 +73,7 @@ enum Stuff {
 /// A kind of building that a style suits.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub(in crate::furnish) enum Suits {
+pub(crate) enum Suits {
     Block,
     Tower,
     Row,
@@ -98,17 +98,17 @@ pub(super) struct StyleRule {
 /// What stands on a roof, as probabilities, and its shape.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields, default)]
-pub(in crate::furnish) struct RoofRule {
+pub(crate) struct RoofRule {
     /// The rise of a pitched roof over half its depth: least and greatest; no entry for a flat roof.
-    pub(in crate::furnish) pitch: Option<[f32; 2]>,
-    pub(in crate::furnish) hipped: f32,
-    pub(in crate::furnish) dormers: f32,
-    pub(in crate::furnish) skylights: f32,
-    pub(in crate::furnish) solar: f32,
-    pub(in crate::furnish) antenna: f32,
-    pub(in crate::furnish) chimneys: u32,
+    pub(crate) pitch: Option<[f32; 2]>,
+    pub(crate) hipped: f32,
+    pub(crate) dormers: f32,
+    pub(crate) skylights: f32,
+    pub(crate) solar: f32,
+    pub(crate) antenna: f32,
+    pub(crate) chimneys: u32,
     /// The height of the parapet of a flat roof. Metres.
-    pub(in crate::furnish) parapet: f32,
+    pub(crate) parapet: f32,
 }
 
 /// A rule: how a rectangle of wall is divided or filled.
@@ -320,14 +320,14 @@ pub(super) struct PipePart {
 
 /// A material and its colour.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::furnish) struct Paint {
-    pub(in crate::furnish) material: Material,
-    pub(in crate::furnish) rgb: [u8; 3],
+pub(crate) struct Paint {
+    pub(crate) material: Material,
+    pub(crate) rgb: [u8; 3],
 }
 
 impl Paint {
     /// Sets the paint of further triangles.
-    pub(in crate::furnish) fn apply(self, builder: &mut MeshBuilder) {
+    pub(crate) fn apply(self, builder: &mut MeshBuilder) {
         builder.tinted(self.material, self.rgb);
     }
 }
@@ -351,7 +351,7 @@ impl Stuff {
 
 impl Book {
     /// The embedded rules; without styles if they are wrong, which a test excludes.
-    pub(in crate::furnish) fn embedded() -> &'static Book {
+    pub(crate) fn embedded() -> &'static Book {
         static BOOK: OnceLock<Book> = OnceLock::new();
         BOOK.get_or_init(|| Book::parse(include_str!("rules.toml")).unwrap_or_default())
     }

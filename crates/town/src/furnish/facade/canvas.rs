@@ -25,26 +25,26 @@ const NEAR_M: f32 = 1e-3;
 
 /// Where a wall stands in the space of its building.
 #[derive(Clone, Copy, Debug)]
-pub(in crate::furnish) struct Frame {
+pub(crate) struct Frame {
     /// The rotation about z; without one, o points along y.
-    pub(in crate::furnish) turn: Quat,
+    pub(crate) turn: Quat,
     /// The foot of the middle of the wall.
-    pub(in crate::furnish) foot: Vec3,
+    pub(crate) foot: Vec3,
     /// Half the width of the wall.
-    pub(in crate::furnish) half: f32,
+    pub(crate) half: f32,
 }
 
 impl Frame {
     /// The wall number `side` of a box with these half sizes about the z axis: the first looks
     /// along y, the others follow counter-clockwise seen from above.
-    pub(in crate::furnish) fn of_box([x, y]: [f32; 2], side: usize) -> Frame {
+    pub(crate) fn of_box([x, y]: [f32; 2], side: usize) -> Frame {
         let (half, out) = if side.is_multiple_of(2) { (x, y) } else { (y, x) };
         let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
         Frame { turn, foot: turn * vec3(0.0, out, 0.0), half }
     }
 
     /// The same wall, higher by `z`.
-    pub(in crate::furnish) fn raised(self, z: f32) -> Frame {
+    pub(crate) fn raised(self, z: f32) -> Frame {
         Frame { foot: self.foot + Vec3::Z * z, ..self }
     }
 }

@@ -14,7 +14,7 @@ use crate::{
 
 /// How finely a wall is built.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(in crate::furnish) enum Fineness {
+pub(crate) enum Fineness {
     /// Windows are panes on the wall, for walls that are seldom seen.
     Flat,
     /// Openings have depth; there are no sills, bars and the like.
@@ -25,7 +25,7 @@ pub(in crate::furnish) enum Fineness {
 
 /// Which rule of the style a wall starts from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::furnish) enum Side {
+pub(crate) enum Side {
     Front,
     Flank,
     Back,
@@ -68,7 +68,7 @@ pub(super) struct Facade<'a> {
 }
 
 /// Draws a wall from its foot to `height_m`, in the space of the building.
-pub(in crate::furnish) fn draw(
+pub(crate) fn draw(
     builder: &mut MeshBuilder,
     look: &Look,
     (frame, height_m): (Frame, f32),

@@ -41,7 +41,7 @@ fn width(strokes: &[Vec<[f32; 2]>]) -> f32 {
 /// the quadrilaterals of its strokes, counter-clockwise with x to the right and y up. Metres.
 ///
 /// Characters without strokes are blank.
-pub(in crate::furnish) fn write(text: &str, width_m: f32, height_m: f32) -> Vec<[Vec2; 4]> {
+pub(crate) fn write(text: &str, width_m: f32, height_m: f32) -> Vec<[Vec2; 4]> {
     let advance = |letter: char| strokes(letter).map_or(BLANK, width) + GAP;
     // A single stroke has no width.
     let whole = (text.chars().map(advance).sum::<f32>() - GAP).max(1.0);

@@ -6,7 +6,7 @@ use crate::furnish::facade::book::{Book, Paint, RoofRule, SLOTS, Slot, StyleRule
 
 /// The style and the colours of one building.
 #[derive(Clone, Debug, PartialEq)]
-pub(in crate::furnish) struct Look {
+pub(crate) struct Look {
     style: usize,
     paints: [Paint; SLOTS.len()],
     /// The seed of choices that hold for the whole building.
@@ -19,7 +19,7 @@ const TRIES: usize = 12;
 impl Look {
     /// Draws a look for a building of a kind with walls of a material, unlike those of its
     /// neighbours; `None` if no style suits it.
-    pub(in crate::furnish) fn draw(
+    pub(crate) fn draw(
         suits: Suits,
         walls: Material,
         neighbours: &[&Look],
@@ -49,7 +49,7 @@ impl Look {
     }
 
     /// Whether two buildings have the same style and walls of the same colour.
-    pub(in crate::furnish) fn resembles(&self, other: &Look) -> bool {
+    pub(crate) fn resembles(&self, other: &Look) -> bool {
         self.style == other.style && self.paint(Slot::Wall) == other.paint(Slot::Wall)
     }
 
@@ -62,28 +62,28 @@ impl Look {
     }
 
     /// What stands on the roof.
-    pub(in crate::furnish) fn roof(&self) -> &'static RoofRule {
+    pub(crate) fn roof(&self) -> &'static RoofRule {
         &self.style().roof
     }
 
     /// The paints of walls, trims, frames and roofs.
-    pub(in crate::furnish) fn wall(&self) -> Paint {
+    pub(crate) fn wall(&self) -> Paint {
         self.paint(Slot::Wall)
     }
 
-    pub(in crate::furnish) fn trim(&self) -> Paint {
+    pub(crate) fn trim(&self) -> Paint {
         self.paint(Slot::Trim)
     }
 
-    pub(in crate::furnish) fn plinth(&self) -> Paint {
+    pub(crate) fn plinth(&self) -> Paint {
         self.paint(Slot::Plinth)
     }
 
-    pub(in crate::furnish) fn frame(&self) -> Paint {
+    pub(crate) fn frame(&self) -> Paint {
         self.paint(Slot::Frame)
     }
 
-    pub(in crate::furnish) fn tiles(&self) -> Paint {
+    pub(crate) fn tiles(&self) -> Paint {
         self.paint(Slot::Roof)
     }
 }
