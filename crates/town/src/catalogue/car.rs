@@ -61,9 +61,7 @@ pub(super) fn body(
 
 /// Adds a body made from a control cage.
 fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: Livery) -> Surface {
-    // A test reads every cage of the catalogue.
-    let half = HalfCar::parse(text).expect("a control cage of the catalogue");
-    let cage = half.placed(measure);
+    let cage = cage(text, measure);
     let fine = (0..SUBDIVISIONS).fold(cage.clone(), |cage, _| cage.subdivided());
     builder.material(Material::CarPaint);
     builder.cage(&fine, |usual, skin: Skin| {
@@ -82,9 +80,14 @@ fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: 
     Surface::of(&fine)
 }
 
-/// Returns the foremost point of a door of a control cage, the outer one of several.
-pub(super) fn door_front(text: &str, measure: &Measure, door: u32) -> Vec3 {
-    let cage = HalfCar::parse(text).expect("a control cage of the catalogue").placed(measure);
+/// Returns the control cage of a car of these dimensions.
+pub(super) fn cage(text: &str, measure: &Measure) -> Cage<Skin> {
+    // A test reads every cage of the catalogue.
+    HalfCar::parse(text).expect("a control cage of the catalogue").placed(measure)
+}
+
+/// Returns the foremost point of a door, the outer one of several.
+pub(super) fn door_front(cage: &Cage<Skin>, door: u32) -> Vec3 {
     let faces = cage.faces.iter().filter(|(_, skin)| skin.part == Part::Door(door));
     let points = faces.flat_map(|(corners, _)| corners.iter().map(|at| cage.points[*at as usize]));
     let ahead =

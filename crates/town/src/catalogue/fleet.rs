@@ -195,13 +195,14 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
     }));
     if !cuts.is_empty() {
         joints.push(Joint { name: "shell", motion: Motion::Ajar });
+        let cage = shape.cage.map(|text| car::cage(text, &measure));
         let names = ["door_fl", "door_fr", "door_rl", "door_rr"];
         for (number, name) in (0..cuts.len() * 2).zip(names) {
             let (from, _) = cuts[number / 2];
             let side = if number % 2 == 0 { 1.0 } else { -1.0 };
             let half = measure.body_m * 0.5 * shape.plan(from);
-            let front = match shape.cage {
-                Some(text) => car::door_front(text, &measure, number as u32),
+            let front = match &cage {
+                Some(cage) => car::door_front(cage, number as u32),
                 None => vec3(measure.at(from), side * half, 0.0),
             };
             let hinge_m = vec3(front.x, front.y * 0.97, 0.0);

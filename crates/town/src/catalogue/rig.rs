@@ -7,7 +7,7 @@ use super::{
     skeleton::{BODY_BONES, Skeleton},
 };
 
-/// The object of driver and passengers, whom a parked vehicle lacks.
+/// The object of driver and passengers; a parked vehicle has none.
 pub(crate) const OCCUPANTS: u32 = 1000;
 
 /// The joints of a blueprint.

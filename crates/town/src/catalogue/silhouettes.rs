@@ -595,7 +595,7 @@ pub(super) const JEEP: Silhouette = Silhouette {
     cage: None,
 };
 
-/// The silhouettes whose bodies are control cages.
+/// The silhouettes with control cages.
 #[cfg(test)]
 pub(super) const CAGED: [&Silhouette; 11] = [
     &SEDAN,

@@ -1,12 +1,14 @@
 //! The parts of a car's body that distinguish models: lamps, grille, plates, additions.
 
 use glam::{Vec3, vec3};
-use mesh::{Material, RandomStream};
+use mesh::Material;
 
 use crate::{
     catalogue::{
         cage::Surface,
+        end::{End, OUT_M},
         fittings,
+        number_plate::number_plate,
         profile::{Measure, Silhouette, Skin},
     },
     mesh_builder::MeshBuilder,
@@ -102,173 +104,6 @@ impl Extra {
             Extra::Rails => 0.04,
             _ => 0.0,
         }
-    }
-}
-
-/// The distance by which lamps protrude from the body. Metres.
-const OUT_M: f32 = 0.012;
-
-/// The front or rear end of a car.
-struct End<'a> {
-    shape: &'a Silhouette,
-    measure: &'a Measure<'a>,
-    is_front: bool,
-    /// The body, if it is made from a control cage: parts follow it.
-    surface: Option<&'a Surface>,
-}
-
-impl End<'_> {
-    /// The point where the body is `u` half widths wide, and its outward normal there: x and y of
-    /// both.
-    fn place(&self, u: f32) -> ([f32; 2], [f32; 2]) {
-        let from_end = |depth: f32| if self.is_front { depth } else { 1.0 - depth };
-        let half = self.measure.body_m * 0.5;
-        let wide = |depth: f32| self.shape.plan(from_end(depth));
-        let (mut near, mut far) = (0.0f32, 0.30f32);
-        if wide(near) < u {
-            for _ in 0..18 {
-                let middle = (near + far) * 0.5;
-                if wide(middle) < u { near = middle } else { far = middle }
-            }
-        } else {
-            far = near;
-        }
-        let depth = far;
-        let length = self.measure.size_m.x;
-        let run =
-            if depth > 0.005 { (wide(depth + 0.004) - wide(depth - 0.004)) * half } else { 0.0 };
-        let normal = glam::vec2(run.max(0.0), 0.008 * length).normalize_or(glam::Vec2::Y);
-        let forward = if self.is_front { 1.0 } else { -1.0 };
-        // Across the end the surface faces forward; at the corner it faces sideways.
-        let ahead = if depth > 0.005 { normal.x.max(0.15) } else { 1.0 };
-        let aside = if depth > 0.005 { normal.y } else { 0.0 };
-        let sum = (ahead * ahead + aside * aside).sqrt();
-        ([self.measure.at(from_end(depth)), u * half * 0.985], [forward * ahead / sum, aside / sum])
-    }
-
-    /// How far lamps rise from the middle to the corner. Metres.
-    fn rise(&self, u: f32) -> f32 {
-        let most = if self.is_front { 0.05 } else { 0.02 };
-        (u - 0.5).max(0.0) * most * 2.0
-    }
-
-    /// Adds a band round the end that narrows towards both of its ends.
-    fn cover(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2], out: f32) {
-        let steps = 8;
-        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
-            let t = step as f32 / steps as f32;
-            let fraction = u[0] + (u[1] - u[0]) * t;
-            let lift = self.rise(fraction);
-            // An ellipse of fourth degree, a rectangle with rounded corners.
-            let open = (1.0 - (2.0 * t - 1.0).powi(4)).sqrt().max(0.25);
-            let middle = (z[0] + z[1]) * 0.5 + lift;
-            (0..4)
-                .map(|row| {
-                    let z = middle + (z[1] - z[0]) * (row as f32 / 3.0 - 0.5) * open;
-                    self.round(side, fraction, z)
-                })
-                .collect()
-        };
-        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
-            self.shell(builder, &grid, out);
-        }
-    }
-
-    fn forward(&self) -> f32 {
-        if self.is_front { 1.0 } else { -1.0 }
-    }
-
-    /// The point of the body at the end, seen along x, `y` beside the middle.
-    fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
-        let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
-        self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
-    }
-
-    /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
-    fn round(&self, side: f32, u: f32, z: f32) -> Option<(Vec3, Vec3)> {
-        let half = self.measure.body_m * 0.5;
-        let end = if self.is_front { 0.0 } else { self.measure.size_m.x };
-        let from = vec3(self.measure.nose_m - end - self.forward() * half, 0.0, z);
-        let (sin, cos) = (u * 1.12 * std::f32::consts::FRAC_PI_4).sin_cos();
-        self.surface?.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
-    }
-
-    /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
-    /// end below the body.
-    fn shell(&self, builder: &mut MeshBuilder, grid: &[Vec<(Vec3, Vec3)>], out: f32) {
-        let rings: Vec<Vec<Vec3>> = grid
-            .iter()
-            .map(|line| {
-                let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
-                let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
-                lifted.chain(sunk).collect()
-            })
-            .collect();
-        builder.solid(|builder| builder.loft(&rings, |_, _| None));
-    }
-
-    /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
-    /// width and two heights.
-    fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
-        let steps = if self.surface.is_some() { 8 } else { 5 };
-        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
-            let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
-            // Lamps rise and narrow towards the sides.
-            let lift = self.rise(fraction);
-            (0..4)
-                .map(|row| {
-                    let z = z[0] + (z[1] - z[0]) * row as f32 / 3.0;
-                    self.round(side, fraction, z + lift)
-                })
-                .collect()
-        };
-        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
-            return self.shell(builder, &grid, OUT_M * 0.8);
-        }
-        let rings: Vec<Vec<Vec3>> = (0..=steps)
-            .map(|step| {
-                let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
-                let ([x, y], [nx, ny]) = self.place(fraction);
-                let (base, out) = (vec3(x, y * side, 0.0), vec3(nx, ny * side, 0.0));
-                let (inner, outer) = (base - out * 0.06, base + out * OUT_M);
-                vec![
-                    inner + Vec3::Z * z[0],
-                    outer + Vec3::Z * z[0],
-                    outer + Vec3::Z * z[1],
-                    inner + Vec3::Z * z[1],
-                ]
-            })
-            .collect();
-        builder.solid(|builder| builder.loft(&rings, |_, _| None));
-    }
-
-    /// Adds a forward-facing disc that protrudes by this distance.
-    fn disc(&self, builder: &mut MeshBuilder, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
-        let ([x, y], _) = self.place(u);
-        let forward = self.forward();
-        let at = vec3(x, y * side, z);
-        let at = self.ahead(u * self.measure.body_m * 0.5 * side, z).map_or(at, |hit| hit.0);
-        builder.cone(
-            at - Vec3::X * 0.10 * forward,
-            at + Vec3::X * forward * out,
-            [radius, radius * 0.92],
-            14,
-        );
-    }
-
-    /// Adds an upright plate across the middle that protrudes slightly.
-    fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
-        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
-            let y = half * (step as f32 / 4.0 - 1.0);
-            (0..4).map(|row| self.ahead(y, z[0] + (z[1] - z[0]) * row as f32 / 3.0)).collect()
-        };
-        if let Some(grid) = (0..=8).map(line).collect::<Option<Vec<_>>>() {
-            return self.shell(builder, &grid, out);
-        }
-        let x = self.place(0.0).0[0];
-        let forward = if self.is_front { 1.0 } else { -1.0 };
-        let (a, b) = (x - forward * 0.05, x + forward * out);
-        builder.block(vec3(a.min(b), -half, z[0]), vec3(a.max(b), half, z[1]));
     }
 }
 
@@ -537,64 +372,6 @@ fn rear(
         builder.rod(vec3(x + 0.02, y, low - 0.01), vec3(x + 0.16, y, low - 0.01), 0.032, 8);
     }
 }
-
-/// Adds a number plate with six characters, whose lower edge is at `z`.
-fn number_plate(builder: &mut MeshBuilder, end: &End, z: f32, number: usize) {
-    let forward = end.forward();
-    let front =
-        [z + 0.02, z + 0.055, z + 0.09].map(|z| end.ahead(0.0, z).map(|hit| hit.0.x * forward));
-    let middle = front.iter().flatten().copied().reduce(f32::max);
-    let x = middle.unwrap_or(end.place(0.0).0[0] * forward) * forward + forward * OUT_M * 0.6;
-    builder.material(Material::Sign);
-    let back = x - forward * 0.05;
-    builder.block(vec3(x.min(back), -0.26, z), vec3(x.max(back), 0.26, z + 0.11));
-    builder.tinted(Material::Plastic, [16, 18, 24]);
-    let x = x + forward * 0.003;
-    let mut random = RandomStream::named(0x91a7e, number as u64);
-    for place in 0..6 {
-        let glyph =
-            if place < 2 { LETTERS[random.below(LETTERS.len())] } else { DIGITS[random.below(10)] };
-        // Seen from ahead, the text runs towards the vehicle's left, and from behind to its right.
-        let left = (place as f32 - 2.5) * 0.072 + if place < 2 { -0.012 } else { 0.012 };
-        for (bit, [from, to]) in STROKES.iter().enumerate() {
-            if glyph >> bit & 1 == 0 {
-                continue;
-            }
-            let corner = |u: f32, v: f32| vec3(x, (left + u) * forward, z + 0.055 + v);
-            let (a, b) = (from.map(|c| c * 0.026), to.map(|c| c * 0.026));
-            let low = [a[0].min(b[0]) - 0.005, a[1].min(b[1]) - 0.005];
-            let high = [a[0].max(b[0]) + 0.005, a[1].max(b[1]) + 0.005];
-            builder.quad([
-                corner(low[0], low[1]),
-                corner(high[0], low[1]),
-                corner(high[0], high[1]),
-                corner(low[0], high[1]),
-            ]);
-        }
-    }
-}
-
-/// The seven strokes of a character, from and to in half widths: top, both upper sides, middle,
-/// both lower sides, bottom.
-const STROKES: [[[f32; 2]; 2]; 7] = [
-    [[-0.7, 1.3], [0.7, 1.3]],
-    [[-0.7, 0.0], [-0.7, 1.3]],
-    [[0.7, 0.0], [0.7, 1.3]],
-    [[-0.7, 0.0], [0.7, 0.0]],
-    [[-0.7, -1.3], [-0.7, 0.0]],
-    [[0.7, -1.3], [0.7, 0.0]],
-    [[-0.7, -1.3], [0.7, -1.3]],
-];
-/// The strokes of the digits, one bit each.
-const DIGITS: [u8; 10] = [
-    0b111_0111, 0b010_0100, 0b101_1101, 0b110_1101, 0b010_1110, 0b110_1011, 0b111_1011, 0b010_0101,
-    0b111_1111, 0b110_1111,
-];
-/// The strokes of A, C, E, F, H, J, L, P and U.
-const LETTERS: [u8; 9] = [
-    0b011_1111, 0b101_0011, 0b101_1011, 0b001_1011, 0b011_1110, 0b111_0100, 0b101_0010, 0b001_1111,
-    0b111_0110,
-];
 
 fn extra(
     builder: &mut MeshBuilder,

@@ -5,8 +5,8 @@ use mesh::Material;
 
 use crate::{catalogue::blueprint::Wheel, mesh_builder::MeshBuilder};
 
-/// Adds a car's wheel: a tyre with rounded shoulders, a rim with a deep barrel, a brake disc, and
-/// spokes whose number `style` varies.
+/// Adds the wheel of a car: a tyre with rounded shoulders, a rim with a deep barrel, a brake disc, and
+/// spokes; `style` decides how many.
 pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, style: usize) {
     let (radius, half) = (wheel.radius_m, wheel.width_m * 0.5);
     // (distance along the axle from the inner side, radius, material of the band that starts here)

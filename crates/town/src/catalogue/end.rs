@@ -1,0 +1,192 @@
+//! The front and rear ends of cars, to which lamps, grilles and plates are fitted.
+
+use glam::{Vec3, vec3};
+
+use crate::{
+    catalogue::{
+        cage::Surface,
+        profile::{Measure, Silhouette},
+    },
+    mesh_builder::MeshBuilder,
+};
+
+/// The distance by which lamps protrude from the body. Metres.
+pub(super) const OUT_M: f32 = 0.012;
+
+/// The front or rear end of a car.
+pub(super) struct End<'a> {
+    pub(super) shape: &'a Silhouette,
+    pub(super) measure: &'a Measure<'a>,
+    pub(super) is_front: bool,
+    /// The body, if it is made from a control cage: parts follow it.
+    pub(super) surface: Option<&'a Surface>,
+}
+
+impl End<'_> {
+    /// The point where the body is `u` half widths wide, and its outward normal there: x and y of
+    /// both.
+    pub(super) fn place(&self, u: f32) -> ([f32; 2], [f32; 2]) {
+        let from_end = |depth: f32| if self.is_front { depth } else { 1.0 - depth };
+        let half = self.measure.body_m * 0.5;
+        let wide = |depth: f32| self.shape.plan(from_end(depth));
+        let (mut near, mut far) = (0.0f32, 0.30f32);
+        if wide(near) < u {
+            for _ in 0..18 {
+                let middle = (near + far) * 0.5;
+                if wide(middle) < u { near = middle } else { far = middle }
+            }
+        } else {
+            far = near;
+        }
+        let depth = far;
+        let length = self.measure.size_m.x;
+        let run =
+            if depth > 0.005 { (wide(depth + 0.004) - wide(depth - 0.004)) * half } else { 0.0 };
+        let normal = glam::vec2(run.max(0.0), 0.008 * length).normalize_or(glam::Vec2::Y);
+        let forward = if self.is_front { 1.0 } else { -1.0 };
+        // Across the end the surface faces forward; at the corner it faces sideways.
+        let ahead = if depth > 0.005 { normal.x.max(0.15) } else { 1.0 };
+        let aside = if depth > 0.005 { normal.y } else { 0.0 };
+        let sum = (ahead * ahead + aside * aside).sqrt();
+        ([self.measure.at(from_end(depth)), u * half * 0.985], [forward * ahead / sum, aside / sum])
+    }
+
+    /// How far lamps rise from the middle to the corner. Metres.
+    pub(super) fn rise(&self, u: f32) -> f32 {
+        let most = if self.is_front { 0.05 } else { 0.02 };
+        (u - 0.5).max(0.0) * most * 2.0
+    }
+
+    /// Adds a band round the end that narrows towards both of its ends.
+    pub(super) fn cover(
+        &self,
+        builder: &mut MeshBuilder,
+        side: f32,
+        u: [f32; 2],
+        z: [f32; 2],
+        out: f32,
+    ) {
+        let steps = 8;
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let t = step as f32 / steps as f32;
+            let fraction = u[0] + (u[1] - u[0]) * t;
+            let lift = self.rise(fraction);
+            // An ellipse of fourth degree, a rectangle with rounded corners.
+            let open = (1.0 - (2.0 * t - 1.0).powi(4)).sqrt().max(0.25);
+            let middle = (z[0] + z[1]) * 0.5 + lift;
+            (0..4)
+                .map(|row| {
+                    let z = middle + (z[1] - z[0]) * (row as f32 / 3.0 - 0.5) * open;
+                    self.round(side, fraction, z)
+                })
+                .collect()
+        };
+        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
+            self.shell(builder, &grid, out);
+        }
+    }
+
+    pub(super) fn forward(&self) -> f32 {
+        if self.is_front { 1.0 } else { -1.0 }
+    }
+
+    /// The point of the body at the end, seen along x, `y` beside the middle.
+    pub(super) fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
+        self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
+    }
+
+    /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
+    pub(super) fn round(&self, side: f32, u: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let half = self.measure.body_m * 0.5;
+        let end = if self.is_front { 0.0 } else { self.measure.size_m.x };
+        let from = vec3(self.measure.nose_m - end - self.forward() * half, 0.0, z);
+        let (sin, cos) = (u * 1.12 * std::f32::consts::FRAC_PI_4).sin_cos();
+        self.surface?.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
+    }
+
+    /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
+    /// end below the body.
+    pub(super) fn shell(&self, builder: &mut MeshBuilder, grid: &[Vec<(Vec3, Vec3)>], out: f32) {
+        let rings: Vec<Vec<Vec3>> = grid
+            .iter()
+            .map(|line| {
+                let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
+                let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
+                lifted.chain(sunk).collect()
+            })
+            .collect();
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+
+    /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
+    /// width and two heights.
+    pub(super) fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
+        let steps = if self.surface.is_some() { 8 } else { 5 };
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
+            // Lamps rise and narrow towards the sides.
+            let lift = self.rise(fraction);
+            (0..4)
+                .map(|row| {
+                    let z = z[0] + (z[1] - z[0]) * row as f32 / 3.0;
+                    self.round(side, fraction, z + lift)
+                })
+                .collect()
+        };
+        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, OUT_M * 0.8);
+        }
+        let rings: Vec<Vec<Vec3>> = (0..=steps)
+            .map(|step| {
+                let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
+                let ([x, y], [nx, ny]) = self.place(fraction);
+                let (base, out) = (vec3(x, y * side, 0.0), vec3(nx, ny * side, 0.0));
+                let (inner, outer) = (base - out * 0.06, base + out * OUT_M);
+                vec![
+                    inner + Vec3::Z * z[0],
+                    outer + Vec3::Z * z[0],
+                    outer + Vec3::Z * z[1],
+                    inner + Vec3::Z * z[1],
+                ]
+            })
+            .collect();
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+
+    /// Adds a forward-facing disc that protrudes by this distance.
+    pub(super) fn disc(
+        &self,
+        builder: &mut MeshBuilder,
+        side: f32,
+        [u, z]: [f32; 2],
+        radius: f32,
+        out: f32,
+    ) {
+        let ([x, y], _) = self.place(u);
+        let forward = self.forward();
+        let at = vec3(x, y * side, z);
+        let at = self.ahead(u * self.measure.body_m * 0.5 * side, z).map_or(at, |hit| hit.0);
+        builder.cone(
+            at - Vec3::X * 0.10 * forward,
+            at + Vec3::X * forward * out,
+            [radius, radius * 0.92],
+            14,
+        );
+    }
+
+    /// Adds an upright plate across the middle that protrudes slightly.
+    pub(super) fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let y = half * (step as f32 / 4.0 - 1.0);
+            (0..4).map(|row| self.ahead(y, z[0] + (z[1] - z[0]) * row as f32 / 3.0)).collect()
+        };
+        if let Some(grid) = (0..=8).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, out);
+        }
+        let x = self.place(0.0).0[0];
+        let forward = if self.is_front { 1.0 } else { -1.0 };
+        let (a, b) = (x - forward * 0.05, x + forward * out);
+        builder.block(vec3(a.min(b), -half, z[0]), vec3(a.max(b), half, z[1]));
+    }
+}
