@@ -40,7 +40,7 @@ pub(crate) const PUFFS_MAX: usize = 8;
 const SPRAY_FAR_M: f32 = 120.0;
 
 /// Spray behind a vehicle. The density at distance r from the middle, in units of the half axes, is
-/// `density · (1 + r²)^(−7/2)`, whose integral along a ray has a closed form. The shaders read the same 32
+/// `density · (1 + r²)^(−7/2)`; its integral along a ray has a closed form. The shaders read the same 32
 /// bytes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]

@@ -1,7 +1,6 @@
 //! Falling drops and spray in front of a surface. Twin of rain.wgsl.
 //!
-//! A drop that falls through the view of a pixel during a part of the exposure leaves a streak whose opacity is
-//! that part: its diameter / its way (K. Garg and S. Nayar, *Vision and Rain*, IJCV 75, 2007). It refracts
+//! A drop that covers a pixel during a part of the exposure leaves a streak with an opacity of that part: its diameter / its way (K. Garg and S. Nayar, *Vision and Rain*, IJCV 75, 2007). It refracts
 //! light from nearly a half space, so that its radiance is that of the surroundings.
 
 use glam::Vec3;

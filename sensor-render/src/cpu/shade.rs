@@ -30,7 +30,7 @@ const LIFT: f32 = 0.01;
 const ROUGHNESS_MAX: f32 = 0.3;
 const MIRROR_MIN: f32 = 0.05;
 
-/// Share of light that a window pane lets through, and panes that a view passes at most.
+/// Share of light that a window pane lets through, and surfaces that a view through one meets at most.
 const PANE: f32 = 0.72;
 const PANES_MAX: usize = 4;
 
@@ -262,7 +262,9 @@ impl Shade<'_> {
             if traced.any() {
                 let origins = flat.mul_add(F::splat(LIFT), at);
                 let r = rippled(light, at, normal, r, long);
-                mirrored = self.mirrored(origins, r, traced, stack).or(traced, mirrored);
+                let outside = F::Word::splat(NONE);
+                let seen = self.seen::<F, 1>(origins, r, outside, traced, stack);
+                mirrored = seen.or(traced, mirrored);
             }
         }
         let reflected = mirrored.lerp(ambient, surfaces.roughness);
@@ -270,7 +272,9 @@ impl Shade<'_> {
         if DETAILED {
             let panes = active & is_pane::<F>(sample.face);
             if panes.any() {
-                let behind = self.behind(at, view, sample.id, panes, stack) * (one - mirror);
+                let origins = view.mul_add(F::splat(LIFT), at);
+                let behind = self.seen::<F, PANES_MAX>(origins, view, sample.id, panes, stack);
+                let behind = behind * ((one - mirror) * F::splat(PANE));
                 base = (base + behind).or(panes, base);
             }
         }
@@ -294,89 +298,55 @@ impl Shade<'_> {
         }
     }
 
-    /// Returns the radiance along rays from mirroring surfaces.
+    /// Returns the radiance along rays from mirroring surfaces or panes: the diffuse light of what they hit, without
+    /// shadows and patterns, and its emission; that of the sky where they hit nothing. Of up to `SURFACES` surfaces
+    /// that a ray hits, those before the last are panes, which it passes. Surfaces with the id `around` lie within
+    /// a vehicle.
     #[inline(always)]
-    fn mirrored<F: Float>(
+    fn seen<F: Float, const SURFACES: usize>(
         &self,
         origins: V3<F>,
         directions: V3<F>,
+        around: F::Word,
         active: F::Mask,
         stack: &mut Stack,
     ) -> V3<F> {
-        let Shade { scene, world, .. } = *self;
+        let Shade { scene, world, light, .. } = *self;
         let V3 { x, y, z } = origins;
         let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
         let (dx, dy) = (directions.x.to_array(), directions.y.to_array());
         let dz = directions.z.to_array();
         let mut hits = [Hit::none(f32::INFINITY); LANES];
+        let mut passed = [1.0; LANES];
         let mut left = active.bits();
         while left != 0 {
             let lane = left.trailing_zeros() as usize % LANES;
             left &= left - 1;
             let origin = Vec3::new(x[lane], y[lane], z[lane]);
             let direction = Vec3::new(dx[lane], dy[lane], dz[lane]);
-            let ray = SingleRay::new(origin, direction, scene.reach);
-            ray.closest::<F::Float8>(scene, world, stack, &mut hits[lane]);
-        }
-        self.glimpse(origins, directions, &hits, F::Word::splat(NONE))
-    }
-
-    /// Returns the radiance that arrives through panes at `at` of the vehicles with these ids, as that of
-    /// [`Shade::mirrored`].
-    #[inline(always)]
-    fn behind<F: Float>(
-        &self,
-        at: V3<F>,
-        view: V3<F>,
-        id: F::Word,
-        active: F::Mask,
-        stack: &mut Stack,
-    ) -> V3<F> {
-        let Shade { scene, world, .. } = *self;
-        let (x, y, z) = (at.x.to_array(), at.y.to_array(), at.z.to_array());
-        let (dx, dy, dz) = (view.x.to_array(), view.y.to_array(), view.z.to_array());
-        let mut hits = [Hit::none(f32::INFINITY); LANES];
-        let mut passed = [0.0; LANES];
-        let mut left = active.bits();
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let origin = Vec3::new(x[lane], y[lane], z[lane]);
-            let direction = Vec3::new(dx[lane], dy[lane], dz[lane]);
-            let (mut from, mut share) = (LIFT, PANE);
-            for _ in 0..PANES_MAX {
+            let mut from = 0.0;
+            for surface in 1..=SURFACES {
                 let mut hit = Hit::none(f32::INFINITY);
                 let ray = SingleRay::new(origin + direction * from, direction, scene.reach);
                 ray.closest::<F::Float8>(scene, world, stack, &mut hit);
                 hit.t += from;
-                (hits[lane], passed[lane]) = (hit, share);
-                if hit.triangle == NONE || !is_clear(scene.triangles[hit.triangle as usize].face) {
+                hits[lane] = hit;
+                let passes = surface < SURFACES && hit.triangle != NONE;
+                if !passes || !is_clear(scene.triangles[hit.triangle as usize].face) {
                     break;
                 }
-                (from, share) = (hit.t + LIFT, share * PANE);
+                from = hit.t + LIFT;
+                passed[lane] *= PANE;
             }
         }
-        self.glimpse(at, view, &hits, id) * F::from_array(passed)
-    }
-
-    /// Returns the radiance of surfaces in the distance: their diffuse light, without shadows and patterns, and
-    /// their emission; of the sky where there are none. Surfaces with the id `around` lie within a vehicle.
-    #[inline(always)]
-    fn glimpse<F: Float>(
-        &self,
-        origins: V3<F>,
-        directions: V3<F>,
-        hits: &[Hit; LANES],
-        around: F::Word,
-    ) -> V3<F> {
-        let Shade { scene, world, light, .. } = *self;
         let t = F::from_array(hits.map(|hit| hit.t));
         let triangle = F::Word::from_array(hits.map(|hit| hit.triangle));
         let instance = F::Word::from_array(hits.map(|hit| hit.instance));
         let sample = SurfaceSample::<F>::new(scene, world, t, triangle, instance);
+        let passed = F::from_array(passed);
         let sky = gradient(light, directions.z);
         if !sample.hit.any() {
-            return sky;
+            return sky * passed;
         }
         let zero = F::splat(0.0);
         let t = t.or(sample.hit, F::splat(1.0));
@@ -389,7 +359,7 @@ impl Shade<'_> {
         let arriving = splat::<F>(light.sun_color).mul_add(facing, ambient(light, normal.z));
         let inside = F::splat(CABIN).or(sample.id.eq(around), F::splat(1.0));
         let surface = surfaces.albedo.times(arriving) * inside + surfaces.emission;
-        surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky)
+        surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky) * passed
     }
 
     /// Applies rain: wet surfaces are darker and glossier, and level ground has puddles.
@@ -438,7 +408,7 @@ fn is_pane<F: Float>(face: F::Word) -> F::Mask {
     material.eq(F::Word::splat(Material::Glass as u32)) & !of_building
 }
 
-/// As [`is_pane`], of one face.
+/// Returns whether a face is such a pane.
 fn is_clear(face: u32) -> bool {
     let [tag, material, ..] = face.to_le_bytes();
     material == Material::Glass as u8 && tag != Tag::Building as u8

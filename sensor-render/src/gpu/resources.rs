@@ -41,7 +41,7 @@ struct FrameUniforms {
 pub(crate) struct GpuResources {
     /// Serial of the uploaded scene.
     scene: Option<u64>,
-    /// Serial of the scene whose parked vehicles and plants were uploaded.
+    /// Serial of the scene of the uploaded parked vehicles and plants.
     parked: Option<u64>,
     buffers: [GrowableBuffer; super::kernels::BINDINGS],
     group: Option<BindGroup>,
