@@ -9,6 +9,7 @@ mod argument;
 pub mod bundle;
 pub mod client;
 pub mod map;
+pub mod radar;
 pub mod status;
 pub mod world;
 

@@ -9,13 +9,13 @@ use client_lib::{
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
-use crate::{pose::PyPose, wait::seconds};
+use crate::{pose::PyPose, radar, wait::seconds};
 
 /// Reads an attribute of a dataclass.
-struct Fields<'a, 'py>(&'a Bound<'py, PyAny>);
+pub(crate) struct Fields<'a, 'py>(pub(crate) &'a Bound<'py, PyAny>);
 
 impl Fields<'_, '_> {
-    fn get<T>(&self, name: &str) -> PyResult<T>
+    pub(crate) fn get<T>(&self, name: &str) -> PyResult<T>
     where
         T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>,
     {
@@ -61,6 +61,7 @@ pub(crate) fn sensor(object: &Bound<'_, PyAny>) -> PyResult<Sensor> {
     let kind: SensorKind = match kind.as_str() {
         "camera" => camera(&fields)?.into(),
         "lidar" => lidar(&fields)?.into(),
+        "radar" => radar::Model::of(&fields)?.radar.lidar().into(),
         "imu" => ImuOptions::default()
             .accelerometer_stddev(fields.vector("accelerometer_stddev_mps2")?)
             .gyroscope_stddev(fields.vector("gyroscope_stddev_radps")?)
@@ -101,6 +102,16 @@ pub(crate) fn sensor(object: &Bound<'_, PyAny>) -> PyResult<Sensor> {
     let period: f64 = fields.get("period_secs")?;
     sensor.period = Some(seconds("period_secs", period)?).filter(|period| *period > Duration::ZERO);
     Ok(sensor)
+}
+
+/// Returns the radar of a Python dataclass; `None` for other sensors.
+pub(crate) fn radar(object: &Bound<'_, PyAny>) -> PyResult<Option<radar::Model>> {
+    let kind = object.getattr("kind").and_then(|kind| kind.extract::<String>());
+    match kind.as_deref() {
+        Ok("radar") => radar::Model::of(&Fields(object)).map(Some),
+        // What is no sensor at all is an error elsewhere.
+        _ => Ok(None),
+    }
 }
 
 fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {
