@@ -70,7 +70,6 @@ impl Radar {
     }
 
     /// Returns the parameters of the lidar that measures the grid of rays: those of [`Radar::grid`].
-    #[must_use]
     pub fn lidar(&self) -> LidarOptions {
         let [horizontal, vertical] = self.fov_rad;
         let lines = |fov: f32| ((fov / STEP_RAD) as u32).clamp(16, 1024);
