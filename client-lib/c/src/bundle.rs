@@ -21,7 +21,7 @@ use client_lib::{
 use crate::{
     argument::{place, text, values},
     client::{OmnibusClient, enter, lock},
-    radar,
+    radar_model::RadarModel,
     status::{Fault, OmnibusStatus, call},
     world::OmnibusPose,
 };
@@ -284,7 +284,7 @@ pub struct OmnibusBundle {
     held: Arc<AtomicU32>,
     held_max: u32,
     /// If it is a radar.
-    radar: Option<radar::Model>,
+    radar: Option<RadarModel>,
 }
 
 impl OmnibusBundle {
@@ -320,7 +320,7 @@ pub struct OmnibusMeasurement {
     /// Of its bundle.
     held: Arc<AtomicU32>,
     /// Of its bundle.
-    pub(crate) radar: Option<radar::Model>,
+    pub(crate) radar: Option<RadarModel>,
 }
 
 impl Drop for OmnibusMeasurement {
@@ -355,7 +355,7 @@ pub(crate) fn create(
     parent: u32,
     sensor: Sensor,
     held_max: u32,
-    radar: Option<radar::Model>,
+    radar: Option<RadarModel>,
     bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
 ) -> Result<(), Fault> {
     let place = place(bundle, "bundle")?;

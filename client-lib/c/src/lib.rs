@@ -10,6 +10,7 @@ pub mod bundle;
 pub mod client;
 pub mod map;
 pub mod radar;
+mod radar_model;
 pub mod status;
 pub mod world;
 

@@ -12,6 +12,7 @@ use crate::{
     argument::{fill, place, text},
     bundle::{OmnibusBundle, OmnibusMeasurement, create},
     client::{OmnibusClient, enter},
+    radar_model::RadarModel,
     status::{Fault, OmnibusStatus, call},
     world::OmnibusPose,
 };
@@ -75,13 +76,6 @@ pub struct OmnibusRadar {
     pub held_max: u32,
     /// Receiver, for omnibus_radar_targets(); all 0: none.
     pub receiver: OmnibusRadarReceiver,
-}
-
-/// A radar and its receiver, if it has one.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Model {
-    radar: Radar,
-    receiver: Option<RadarReceiver>,
 }
 
 /// What a radar met in one direction.
@@ -179,7 +173,7 @@ pub extern "C" fn omnibus_create_radar(
             *radar.ok_or_else(|| Fault::null("radar"))?;
         let radar = Radar { fov_rad, range_m, points: points as usize, seed };
         radar.check().map_err(Fault::argument)?;
-        let model = Model { radar, receiver: receiver.checked()? };
+        let model = RadarModel { radar, receiver: receiver.checked()? };
         let sensor = Sensor::lidar(text(name, "name")?, pose.checked("pose")?, radar.lidar());
         create(client, parent, sensor, held_max, Some(model), bundle)
     })
@@ -189,7 +183,11 @@ pub extern "C" fn omnibus_create_radar(
 fn with_met<T>(
     client: Option<&OmnibusClient>,
     measurement: Option<&OmnibusMeasurement>,
-    work: impl FnOnce(&Model, &client_lib::Measurement, &dyn Fn(ActorId) -> Vec3) -> Result<T, Fault>,
+    work: impl FnOnce(
+        &RadarModel,
+        &client_lib::Measurement,
+        &dyn Fn(ActorId) -> Vec3,
+    ) -> Result<T, Fault>,
 ) -> Result<T, Fault> {
     let measurement = measurement.ok_or_else(|| Fault::null("measurement"))?;
     let model = measurement.radar.as_ref();

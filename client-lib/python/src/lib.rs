@@ -12,6 +12,7 @@ mod client;
 mod core;
 mod environment;
 mod error;
+mod fields;
 mod keypoints;
 mod map;
 mod measurement;

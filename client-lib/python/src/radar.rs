@@ -8,7 +8,7 @@ use pyo3::{exceptions::PyValueError, prelude::*};
 
 use crate::{
     array::{Bytes, ItemType},
-    sensor::Fields,
+    fields::Fields,
     storage::Copied,
 };
 

@@ -5,35 +5,11 @@ use std::time::Duration;
 use client_lib::{
     CameraEffects, CameraOptions, CameraOutputs, Elevations, Exposure, GnssOptions, ImuOptions,
     Intrinsics, Lens, LidarModel, LidarOptions, LidarOutputs, ObstacleOptions, OdometryOptions,
-    PointAttribute, Quality, Sensor, SensorKind, ToneCurve, glam::Vec3,
+    PointAttribute, Quality, Sensor, SensorKind, ToneCurve,
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
-use crate::{pose::PyPose, radar, wait::seconds};
-
-/// Reads an attribute of a dataclass.
-pub(crate) struct Fields<'a, 'py>(pub(crate) &'a Bound<'py, PyAny>);
-
-impl Fields<'_, '_> {
-    pub(crate) fn get<T>(&self, name: &str) -> PyResult<T>
-    where
-        T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>,
-    {
-        let value = self.0.getattr(name)?;
-        value.extract().map_err(|e: PyErr| {
-            let kind = self.0.get_type();
-            PyValueError::new_err(format!("{kind}: {name} is {value}: {e}"))
-        })
-    }
-
-    fn vector(&self, name: &str) -> PyResult<Vec3> {
-        self.0.getattr(name)?.extract::<[f32; 3]>().map(Vec3::from_array)
-    }
-
-    fn names(&self, name: &str) -> PyResult<Vec<String>> {
-        self.0.getattr(name)?.extract()
-    }
-}
+use crate::{fields::Fields, pose::PyPose, radar, wait::seconds};
 
 /// Combines the outputs of these names.
 fn outputs<T: Copy>(
