@@ -111,6 +111,10 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<PosedSensors>)> {
         effects: sample::effects(effects),
         ..sample::camera("front", width, height)
     };
+    let surfaces = SensorSpec {
+        outputs: output::COLOR | output::NORMAL | output::FLOW,
+        ..sample::camera("front", 800, 600)
+    };
     vec![
         ("1024x84x84 colour", agents(Quat::IDENTITY)),
         // Almost no ray hits anything, so this measures everything but the hits.
@@ -123,6 +127,7 @@ fn workloads(town: &sample::Sample) -> Vec<(&'static str, Vec<PosedSensors>)> {
         ("1x800x600 focus", vec![(vec![standard("focus", 800, 600)], here)]),
         ("1x1920x1080 standard", vec![(vec![standard("none", 1920, 1080)], here)]),
         ("1x1920x1080 effects", vec![(vec![standard("camera", 1920, 1080)], here)]),
+        ("1x800x600 surfaces", vec![(vec![surfaces], here)]),
         ("1x800x600 all", vec![(vec![sample::camera("front", 800, 600)], here)]),
         ("lidar 128x2048", vec![(vec![sample::lidar("roof", 2048, 128)], here)]),
     ]

@@ -39,8 +39,13 @@ fn main() -> Result<(), Box<dyn Error>> {
             let back = Pose::new(Vec3::new(-1.0, 0.0, 0.0), Quat::from_rotation_z(0.03));
             let [now, before] = [stand, stand.then(&back)].map(|pose| {
                 let id = ActorId(1_000_000);
-                let carrier =
-                    ActorState { actor_id: id, blueprint: u32::MAX, pose, ..Default::default() };
+                let carrier = ActorState {
+                    actor_id: id,
+                    blueprint: u32::MAX,
+                    pose,
+                    velocity_mps: (stand.rotation() * Vec3::X * 20.0).to_array(),
+                    ..Default::default()
+                };
                 [&actors[..], &[carrier]].concat()
             });
             for effects_name in argument(8, "none").split(',') {

@@ -11,6 +11,7 @@ mod lidar;
 mod occlusion;
 mod overlay_raster;
 mod pattern;
+mod rain;
 mod ray_packet;
 mod shade;
 mod shadow;
@@ -80,7 +81,7 @@ impl CpuTracer {
         world: &World,
         jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
-        let Work { sensors, tiles } = split(world, jobs)?;
+        let Work { sensors, tiles } = split(scene, world, jobs)?;
         let (isa, sensors) = (self.isa, &sensors);
         let light = world.light();
         let lamps = self.lamps.grid(scene, world, &light);

@@ -26,8 +26,7 @@ use wgpu::{
     PollType, SubmissionIndex,
 };
 
-use crate::outputs::needs_cpu;
-use crate::{cpu::CpuTracer, error::TraceError, job::BundleJob, scene::Scene, world::World};
+use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
 use batch::{Batch, Window, batches};
 use kernels::{CameraKernel, Kernels};
 use open::Gpu;
@@ -51,10 +50,6 @@ pub struct GpuTracer {
     timer: Option<Timer>,
     /// Imported payloads by address; `None` while imports are not allowed.
     imported: Option<BTreeMap<usize, Import>>,
-    /// CPU tracer for bundles with outputs that the shaders lack, created on first use, and its
-    /// number of threads.
-    cpu_fallback: Option<CpuTracer>,
-    threads: usize,
 }
 
 /// Runs a kernel, if there is one, in rows of workgroups.
@@ -66,11 +61,6 @@ fn run_kernel(pass: &mut ComputePass, kernel: Option<&ComputePipeline>, groups: 
         let rows = groups.div_ceil(GROUPS_ACROSS);
         pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), rows, 1);
     }
-}
-
-/// Reborrows a job.
-fn reborrow<'a>(job: &'a mut BundleJob<'_>) -> BundleJob<'a> {
-    BundleJob { out: &mut *job.out, ..*job }
 }
 
 /// Result of importing one payload.
@@ -104,16 +94,7 @@ impl GpuTracer {
         gpu.check()?;
         let readback = Readback::default();
         let timer = Timer::new(&gpu.device, &gpu.queue);
-        Ok(Some(GpuTracer {
-            gpu,
-            kernels,
-            resources,
-            readback,
-            timer,
-            imported: None,
-            cpu_fallback: None,
-            threads,
-        }))
+        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, imported: None }))
     }
 
     /// Returns the name of the adapter.
@@ -160,29 +141,8 @@ impl GpuTracer {
         imported.filter(|import| import.buffer.is_some()).count()
     }
 
+    /// Measures as [`crate::Tracer::measure`].
     pub(crate) fn measure(
-        &mut self,
-        scene: &Scene,
-        world: &World,
-        jobs: &mut [BundleJob],
-    ) -> Result<(), TraceError> {
-        if !jobs.iter().any(|job| needs_cpu(job.planes)) {
-            return self.dispatch(scene, world, jobs);
-        }
-        let (cpu_fallback, own): (Vec<_>, Vec<_>) =
-            jobs.iter_mut().partition(|j| needs_cpu(j.planes));
-        let mut own: Vec<BundleJob> = own.into_iter().map(reborrow).collect();
-        self.dispatch(scene, world, &mut own)?;
-        let mut cpu_fallback: Vec<BundleJob> = cpu_fallback.into_iter().map(reborrow).collect();
-        let tracer = match &mut self.cpu_fallback {
-            Some(tracer) => tracer,
-            none => none.insert(CpuTracer::new(self.threads)?),
-        };
-        tracer.measure(scene, world, &mut cpu_fallback)
-    }
-
-    /// Measures bundles whose outputs the shaders have.
-    fn dispatch(
         &mut self,
         scene: &Scene,
         world: &World,
@@ -191,7 +151,7 @@ impl GpuTracer {
         self.gpu.check()?;
         let limits = self.gpu.device.limits();
         let bytes_max = limits.max_storage_buffer_binding_size.min(BATCH_BYTES_MAX) & !255;
-        let batches = batches(world, jobs, bytes_max)?;
+        let batches = batches(scene, world, jobs, bytes_max)?;
         self.resources.upload_scene(&self.gpu, scene)?;
         for world in std::iter::once(world).chain(world.all_slices()) {
             bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
@@ -237,11 +197,19 @@ impl GpuTracer {
             pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
-            let traced = [0, 1, 2, 3, 4, 5, 6, 7].map(|kind| {
-                let [is_smooth, has_lens, has_effects] = [1, 2, 4].map(|bit| kind & bit != 0);
-                let is_used = batch.has_cameras(is_smooth, has_lens, has_effects);
-                let groups = if is_used { batch.groups[0] } else { 0 };
-                let kind = CameraKernel { is_smooth, has_lens, has_effects, has_lamps };
+            let has_rain = batch.has_rain();
+            let traced: [_; 16] = std::array::from_fn(|kind| {
+                let [is_smooth, has_lens, has_effects, has_surfaces] =
+                    [1, 2, 4, 8].map(|bit| kind & bit != 0);
+                let kind = CameraKernel {
+                    is_smooth,
+                    has_lens,
+                    has_effects,
+                    has_surfaces,
+                    has_lamps,
+                    has_rain,
+                };
+                let groups = if batch.has_cameras(kind) { batch.groups[0] } else { 0 };
                 let kernel =
                     (groups > 0).then(|| self.kernels.trace_cameras(&self.gpu.device, kind));
                 (kernel, groups)

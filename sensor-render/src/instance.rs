@@ -57,7 +57,7 @@ impl Instance {
 }
 
 /// Returns the three rows of an affine transform.
-fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
+pub(crate) fn rows(affine: &Affine3A) -> [[f32; 4]; 3] {
     let (m, t) = (&affine.matrix3, affine.translation);
     [0, 1, 2].map(|row| [m.x_axis[row], m.y_axis[row], m.z_axis[row], t[row]])
 }

@@ -36,8 +36,8 @@ mod parallel_build;
 mod parked;
 mod pieces;
 mod quality;
+mod rain;
 mod rays;
-#[cfg(test)]
 mod reference;
 mod run;
 mod run_error;

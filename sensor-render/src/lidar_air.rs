@@ -100,7 +100,7 @@ fn fog_echo(extinction_per_m: f64) -> (f64, f64) {
 
 /// Raindrops.
 #[derive(Clone, Copy, Debug)]
-struct Rain {
+pub(crate) struct Rain {
     /// Λ, 1/m.
     decay_per_m: f64,
 }
@@ -113,10 +113,16 @@ const DROP_REFLECTIVITY: f64 = 0.02;
 
 impl Rain {
     /// Returns the rain of a weather, 0.5 mm/h for each percent; `None` if it is dry.
-    fn of(weather: &Weather) -> Option<Rain> {
+    pub(crate) fn of(weather: &Weather) -> Option<Rain> {
         let rate_mm_per_h = 0.5 * f64::from(weather.precipitation.clamp(0.0, 100.0));
         let decay_per_m = 4.1e3 * rate_mm_per_h.powf(-0.21);
         (rate_mm_per_h > 0.0).then_some(Rain { decay_per_m })
+    }
+
+    /// Returns the number of drops with at least this diameter in a cubic metre: ∫ n(D) dD = N exp(−ΛD) / Λ.
+    pub(crate) fn drops_per_m3(&self, diameter_m: f32) -> f32 {
+        let decay = -self.decay_per_m * f64::from(diameter_m);
+        (DROPS_PER_M4 * decay.exp() / self.decay_per_m) as f32
     }
 
     /// Returns the extinction, 1/m: ∫ 2 (π/4) D² n(D) dD = π N / Λ³.

@@ -2,10 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use bytemuck::Zeroable;
 use glam::{Affine3A, Vec3, Vec4};
 use protocol::{ActorId, ActorState, GivenPoses, WalkerLimbs, flag};
 
-use crate::{instance::Instance, pieces::pieces, scene::Scene};
+use crate::{
+    instance::{Instance, rows},
+    pieces::pieces,
+    scene::Scene,
+};
 
 /// `before_from_now` of everything that has moved, in world space. Empty unless a sensor measures
 /// optical flow.
@@ -23,6 +28,21 @@ impl Motions {
     pub(crate) fn before(&self, instance: u32, now: Vec3) -> Option<Vec3> {
         let before_from_now = self.instances.get(instance as usize)?.as_ref()?;
         Some(before_from_now.transform_point3(now))
+    }
+
+    /// Returns the motions of the instances as the shaders read them: rows of `before_from_now`, and an id of
+    /// 1 for what has moved. Empty if none has.
+    pub(crate) fn rows(&self) -> Vec<Instance> {
+        if self.instances.iter().all(Option::is_none) {
+            return Vec::new();
+        }
+        let of = |motion: &Option<Affine3A>| match motion {
+            Some(motion) => {
+                Instance { actor_from_world: rows(motion), id: 1, ..Zeroable::zeroed() }
+            }
+            None => Instance::zeroed(),
+        };
+        self.instances.iter().map(of).collect()
     }
 
     /// Computes the motion of `actors` since `before`; see [`crate::World::track_motion`]. `poses`

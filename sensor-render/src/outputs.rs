@@ -1,13 +1,21 @@
+use glam::Vec3;
 use protocol::{ActorId, Plane, Pose, SensorSpec, element_bytes, output, sensor};
 
 use crate::{
     error::TraceError,
+    hit::NONE,
     job::BundleJob,
     lidar::{first_azimuth_rad, has_echoes, sweeps},
     lidar_echo::Echoes,
-    rays::{Sensor, rays},
+    rain::Rainfall,
+    rays::{Camera, Sensor, rays},
+    reference::{Ray, closest},
+    scene::Scene,
     world::World,
 };
+
+/// Height above a camera up to which a roof keeps rain away. Metres.
+const ROOF_FAR_M: f32 = 100.0;
 
 /// Rows of a camera image in one tile; the height of a packet divides it.
 pub(crate) const TILE_ROWS: u32 = 8;
@@ -58,7 +66,11 @@ pub(crate) struct Work<'a> {
 }
 
 /// Checks a batch, writes each bundle's table of planes, and divides the measurements into tiles.
-pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work<'a>, TraceError> {
+pub(crate) fn split<'a>(
+    scene: &Scene,
+    world: &World,
+    jobs: &'a mut [BundleJob],
+) -> Result<Work<'a>, TraceError> {
     let mut work = Work { sensors: Vec::new(), tiles: Vec::new() };
     for job in jobs {
         let planes = check(job)?;
@@ -78,7 +90,7 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
                 continue;
             };
             let pose = &plane.world_from_sensor;
-            work.sensors.push(ray_generator(world, job.parent, spec, pose)?);
+            work.sensors.push(ray_generator(scene, world, job.parent, spec, pose)?);
             slices.cut(spec, work.sensors.len() - 1, &mut work.tiles);
         }
     }
@@ -90,14 +102,18 @@ pub(crate) fn split<'a>(world: &World, jobs: &'a mut [BundleJob]) -> Result<Work
 /// # Errors
 /// As [`rays`].
 pub(crate) fn ray_generator(
+    scene: &Scene,
     world: &World,
     parent: ActorId,
     spec: &SensorSpec,
     pose: &Pose,
 ) -> Result<Sensor, TraceError> {
     let mut sensor = rays(spec, pose, world.stamp, world.delta_nanos, world.quality)?;
-    if let (Sensor::Camera(camera), Some(moved)) = (&mut sensor, world.motion_of(parent)) {
-        camera.before = Some(camera.moved(moved));
+    if let Sensor::Camera(camera) = &mut sensor {
+        if let Some(moved) = world.motion_of(parent) {
+            camera.before = Some(camera.moved(moved));
+        }
+        camera.rain = rainfall(scene, world, camera, parent);
     }
     if let Sensor::Lidar(lidar) = &mut sensor {
         if sweeps(spec)
@@ -112,10 +128,16 @@ pub(crate) fn ray_generator(
     Ok(sensor)
 }
 
-/// Returns whether the shaders lack one of these outputs, so that the CPU tracer must measure the
-/// bundle.
-pub(crate) fn needs_cpu(planes: &[Plane]) -> bool {
-    planes.iter().any(|plane| plane.output & (output::NORMAL | output::FLOW) != 0)
+/// Returns the rain and the spray that a camera sees which `parent` carries.
+fn rainfall(scene: &Scene, world: &World, camera: &Camera, parent: ActorId) -> Rainfall {
+    let carrier = world.velocities.binary_search_by_key(&parent, |(id, _)| *id);
+    let velocity = carrier.map_or(Vec3::ZERO, |at| world.velocities[at].1);
+    let has_roof = || {
+        let ray = Ray { origin: camera.origin, direction: Vec3::Z };
+        closest(scene, &World::new(), ray, ROOF_FAR_M).triangle != NONE
+    };
+    let Camera { effects, seed, origin, .. } = camera;
+    Rainfall::new(&world.weather, effects, *seed, *origin, velocity, &world.puffs, has_roof)
 }
 
 /// Writes `planes` to the first bytes of a payload, with the first azimuths of lidars.

@@ -2,6 +2,7 @@ use glam::{Affine3A, DVec3, Mat3, Vec3};
 use protocol::{EffectsSpec, Plane, Pose, Projection, SensorSpec, Stamp, lens_model, sensor};
 
 use crate::lidar::{Lidar, noise_seed};
+use crate::rain::Rainfall;
 use crate::time_slices::{RAYS_MAX, shares};
 use crate::{error::TraceError, lens::Lens, quality::Quality};
 
@@ -16,6 +17,7 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
 
 /// Ray generator of a sensor.
 #[derive(Clone, Debug)]
+#[expect(clippy::large_enum_variant, reason = "there are few sensors, and most are cameras")]
 pub(crate) enum Sensor {
     Camera(Camera),
     Lidar(Lidar),
@@ -49,6 +51,8 @@ pub(crate) struct Camera {
     pub(crate) seed: u32,
     /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
+    /// Drops and spray in front of it.
+    pub(crate) rain: Rainfall,
 }
 
 /// Position and axes of a camera, scaled as in [`Camera`].
@@ -111,6 +115,7 @@ impl Camera {
             effects: spec.effects,
             seed: noise_seed(spec.seed, stamp.sim_time_nanos),
             before: None,
+            rain: Rainfall::default(),
         })
     }
 

@@ -316,7 +316,7 @@ impl Renderer {
             state_hash: header.state_hash,
             world_from_parent: bundle.world_from_parent,
             parent: bundle.parent,
-            tracer: self.tracer.code(&bundle.planes),
+            tracer: self.tracer.code(),
             reserved: 0,
             begin_nanos,
             end_nanos: clock::now_nanos(),

@@ -1,5 +1,5 @@
 use glam::{Vec3, Vec4, Vec4Swizzles};
-use mesh::Material;
+use mesh::{Material, Tag};
 use protocol::{lamp, street_light};
 
 use crate::{
@@ -124,6 +124,11 @@ impl SurfaceMaterial {
             emission = actor_emission(code, actor.lights, dark, albedo);
         } else if code == Material::LampWhite as usize {
             emission = street_light_emission(&world.street_lights, triangle.object, dark);
+        } else if code == Material::Glass as usize
+            && triangle.tag() == Tag::Building as u8
+            && own != 0
+        {
+            emission = room_emission(seed, own, dark);
         }
         SurfaceMaterial {
             albedo,
@@ -144,6 +149,14 @@ impl SurfaceMaterial {
 /// Converts from sRGB to linear, with a polynomial approximation of the curve.
 fn linear(c: Vec3) -> Vec3 {
     c * (c * (c * 0.305_306_01 + 0.682_171_1) + 0.012_522_878)
+}
+
+/// Returns the radiance of a room behind a pane of a building: lit at night in a third of the panes,
+/// which a hash of the object and the pane's tint decides. `dark` is 1 at night.
+fn room_emission(seed: u32, tint: u32, dark: f32) -> Vec3 {
+    let share = |word: u32| (mixed(word) & 0xff) as f32 * (1.0 / 255.0);
+    let lit = if share(seed ^ tint) > 0.66 { 0.3 + 0.7 * share(seed ^ tint << 16) } else { 0.0 };
+    Vec3::new(1.5, 1.0, 0.5) * (lit * dark)
 }
 
 /// Returns the radiance that a street light emits. `dark` is 1 at night.

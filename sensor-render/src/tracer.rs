@@ -1,4 +1,4 @@
-use protocol::{Plane, tracer};
+use protocol::tracer;
 
 use crate::{
     cpu::CpuTracer,
@@ -52,12 +52,12 @@ impl Tracer {
         }
     }
 
-    /// Returns the [`protocol::tracer`] code to stamp on a measurement of these planes.
-    pub fn code(&self, planes: &[Plane]) -> u32 {
+    /// Returns the [`protocol::tracer`] code to stamp on measurements.
+    pub fn code(&self) -> u32 {
         match self {
             Tracer::Null => tracer::NULL,
-            Tracer::Gpu(_) if !outputs::needs_cpu(planes) => tracer::GPU,
-            Tracer::Cpu(_) | Tracer::Gpu(_) => tracer::CPU,
+            Tracer::Gpu(_) => tracer::GPU,
+            Tracer::Cpu(_) => tracer::CPU,
         }
     }
 
@@ -102,7 +102,7 @@ impl Tracer {
         jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         match self {
-            Tracer::Null => outputs::split(world, jobs).map(drop),
+            Tracer::Null => outputs::split(scene, world, jobs).map(drop),
             Tracer::Cpu(tracer) => tracer.measure(scene, world, jobs),
             Tracer::Gpu(tracer) => tracer.measure(scene, world, jobs),
         }

@@ -18,7 +18,7 @@ pub(crate) struct Triangle {
 const _: () = assert!(size_of::<Triangle>() == 48);
 
 impl Triangle {
-    #[cfg(test)]
+    #[inline(always)]
     pub(crate) fn tag(&self) -> u8 {
         self.face as u8
     }

@@ -63,7 +63,8 @@ fn key(triangle: &Triangle) -> Option<(Key, Vec3)> {
         Material::FacadeGlass as u8,
         Material::FacadeConcrete as u8,
     ];
-    if !FACADES.contains(&triangle.material()) {
+    // Façades in a colour of their own have windows of triangles.
+    if !FACADES.contains(&triangle.material()) || triangle.tint() != 0 {
         return None;
     }
     let [edge1, edge2] = [triangle.edge1, triangle.edge2].map(Vec3::from);

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use bytemuck::Zeroable;
-use glam::Affine3A;
+use glam::{Affine3A, Vec3};
 use protocol::{
     ActorId, ActorState, GivenPoses, SensorSpec, Stamp, StreetLights, WalkerLimbs, Weather, kind,
     lamp, sensor,
@@ -16,6 +16,7 @@ use crate::{
     parked::ParkedHierarchy,
     pieces::pieces,
     quality::Quality,
+    rain::Puff,
     rays::Camera,
     sah_build::over_boxes,
     scene::Scene,
@@ -61,6 +62,10 @@ pub struct World {
     parked: Option<(u64, ParkedHierarchy)>,
     /// Whether no shadow rays are traced.
     is_shadowless: bool,
+    /// Velocities of the actors in wet weather, by id, in m/s; else empty.
+    pub(crate) velocities: Vec<(ActorId, Vec3)>,
+    /// Spray behind vehicles.
+    pub(crate) puffs: Vec<Puff>,
 }
 
 impl World {
@@ -124,6 +129,7 @@ impl World {
         self.weather = *weather;
         self.motions = Motions::default();
         self.spare_slices.append(&mut self.slices);
+        self.place_rain(actors);
         let (mut instances, mut boxes) = (Vec::new(), Vec::new());
         let blink = BlinkPhase::at(stamp.sim_time_nanos);
         for actor in actors {
@@ -144,6 +150,18 @@ impl World {
         let top = over_boxes(&boxes);
         let around = boxes.into_iter().reduce(|a, b| (a.0.min(b.0), a.1.max(b.1)));
         self.join(scene, &top, around, top.order.iter().map(|&at| instances[at as usize]));
+    }
+
+    /// Computes what the rain before a camera depends on.
+    fn place_rain(&mut self, actors: &[ActorState]) {
+        self.velocities.clear();
+        self.puffs.clear();
+        let wetness = self.light().ground.w;
+        if wetness > 0.0 {
+            let velocity = |actor: &ActorState| (actor.actor_id, actor.velocity());
+            self.velocities.extend(actors.iter().map(velocity));
+            self.puffs.extend(actors.iter().filter_map(|actor| Puff::of(actor, wetness)));
+        }
     }
 
     /// Joins the hierarchy over the actors with that over the parked vehicles, which stay in front.
@@ -253,6 +271,11 @@ impl World {
             Some((_, parked)) => [parked.nodes.len(), parked.instances.len()],
             None => [0; 2],
         }
+    }
+
+    /// Returns the serial of the scene that the world was placed in.
+    pub(crate) fn scene_serial(&self) -> Option<u64> {
+        Some(self.parked.as_ref()?.0)
     }
 
     /// Returns `before_from_now` of an actor in world space; `None` if it has not moved or motion

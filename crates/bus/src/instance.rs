@@ -472,7 +472,8 @@ mod tests {
             hosts.store(HOSTS, Ordering::Relaxed);
             results.into_iter().for_each(|result| result.unwrap());
         });
-        Instance::sweep();
-        assert!(swept.into_inner() > 0);
+        // Either a thread has removed the files of the last host, or they are removed now.
+        let last = usize::from(Instance::sweep().contains(&name));
+        assert!(swept.into_inner() + last > 0);
     }
 }

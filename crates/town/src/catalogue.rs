@@ -4,6 +4,8 @@
 
 mod attribute;
 mod blueprint;
+mod cabin;
+mod cage;
 mod car;
 mod face;
 mod fittings;
@@ -41,7 +43,7 @@ pub use rig::{Joint, Motion, Rig};
 pub use skeleton::{Bone, LIMB_BONES, Skeleton, stride_m};
 
 impl Blueprint {
-    /// The whole mesh at rest, in actor space; every face has object 0.
+    /// The whole mesh at rest without occupants, in actor space; every face has object 0.
     pub fn mesh(&self) -> &Mesh {
         &self.geometry().whole
     }

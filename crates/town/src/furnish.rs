@@ -6,10 +6,12 @@
 mod bridge;
 mod building;
 mod density;
+mod facade;
 mod frontage;
 mod green;
 mod index;
 mod leisure;
+mod litter;
 mod lots;
 mod outline;
 mod parked;
@@ -66,5 +68,6 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     leisure::parks(&mut plan, &mut scene, &density);
     green::gardens(&mut plan, &mut scene, &gardens);
     green::open_ground(&mut plan, &mut scene, &density);
+    litter::strew(&plan, &mut scene, &frontages, &density);
     scene.finish()
 }

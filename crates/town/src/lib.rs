@@ -12,6 +12,7 @@ mod furnish;
 mod mesh_builder;
 mod plants;
 mod static_world;
+mod subdivision;
 mod visible;
 
 pub use catalogue::{

@@ -3,6 +3,8 @@ use std::f32::consts::TAU;
 use glam::{Quat, Vec3, vec3};
 use mesh::{Face, Material, Mesh, Tag};
 
+use crate::subdivision::Cage;
+
 /// The band that [`MeshBuilder::loft`] passes for the cap on its first ring.
 pub(crate) const FIRST_CAP: usize = usize::MAX;
 /// The band that [`MeshBuilder::loft`] passes for the cap on its last ring.
@@ -57,6 +59,20 @@ impl MeshBuilder {
         if a != b && b != c && c != a {
             self.mesh.triangle(corners, self.face);
         }
+    }
+
+    /// Adds the polygons of a cage; `paint(usual, attribute)` returns the face of a polygon.
+    pub(crate) fn cage<T: Copy>(&mut self, cage: &Cage<T>, paint: impl Fn(Face, T) -> Face) {
+        let base = self.mesh.positions.len() as u32;
+        self.mesh.positions.extend(cage.points.iter().map(|point| point.to_array()));
+        let usual = self.face;
+        for (corners, attribute) in &cage.faces {
+            self.face = paint(usual, *attribute);
+            for at in 1..corners.len() - 1 {
+                self.triangle([base + corners[0], base + corners[at], base + corners[at + 1]]);
+            }
+        }
+        self.face = usual;
     }
 
     /// Adds a flat quadrilateral, given counter-clockwise.

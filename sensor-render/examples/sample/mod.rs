@@ -109,11 +109,14 @@ impl Sample {
             let dice = mixed(id as u64);
             let blueprint = vehicles[dice as usize % vehicles.len()];
             let placement = self.network.place(self.stands[stand]);
+            let rotation = placement.rotation().as_quat();
+            let speed_mps = 9.0 * (id % 3) as f32;
             actors.push(ActorState {
                 actor_id: ActorId(id as u32 + 1),
                 blueprint,
                 kind: kind::VEHICLE,
-                pose: Pose::new(placement.position.as_vec3(), placement.rotation().as_quat()),
+                pose: Pose::new(placement.position.as_vec3(), rotation),
+                velocity_mps: (rotation * glam::Vec3::X * speed_mps).to_array(),
                 brake: if id % 3 == 0 { 0.5 } else { 0.0 },
                 lamps: mixed(id as u64 ^ 77) as u32 & protocol::lamp::ALL,
                 doors: u32::from(id % 11 == 0),

@@ -4,6 +4,7 @@ use protocol::DEPTH_FAR_M;
 use super::geometry::{flows, normals};
 use super::lens;
 use super::overlay_raster::OverlayRaster;
+use super::rain::in_rain;
 use super::ray_packet::{Hits, RayPacket};
 use super::shade::{Radiance, Shade};
 use super::sky::{encode, tone_map};
@@ -92,6 +93,7 @@ fn measure_centers<F: Float>(shade: &Shade, has_color: bool, tile: &mut Tile) {
                 );
                 let color = shade
                     .with_shadows(radiance, origin, direction, &surface, sample, None, &mut stack);
+                let color = in_air(shade, color, origin, direction, hits.t[group]);
                 let color = shown_light(shade, color, tile).or(shown, V3::splat(Vec3::ZERO));
                 put_color(color, hits.t[group], raster, at, tile);
             }
@@ -159,6 +161,7 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                     of_sky,
                     &mut stack,
                 );
+                let color = in_air(shade, color, origin, direction, hits.t[group]);
                 sum = sum + shown_light(shade, color, tile).or(shown, V3::splat(Vec3::ZERO));
                 nearest = nearest.min(hits.t[group].or(shown, nearest));
             }
@@ -206,6 +209,15 @@ fn surface_sample<F: Float>(
     let mut sample = SurfaceSample::new(shade.scene, shade.world, t, triangle, instance);
     sample.face = sample.face.or(shown, F::Word::splat(0));
     sample
+}
+
+/// Returns radiance with the drops and the spray before `t`.
+#[inline(always)]
+fn in_air<F: Float>(shade: &Shade, color: V3<F>, origin: V3<F>, direction: V3<F>, t: F) -> V3<F> {
+    if shade.camera.rain.is_none() {
+        return color;
+    }
+    in_rain(shade.light, shade.camera, color, origin, direction, t)
 }
 
 /// Returns what the rays of a pixel are averaged as: display light, or on a film radiance.

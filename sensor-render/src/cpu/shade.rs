@@ -1,7 +1,7 @@
 //! Shading: colours of surfaces and sky. Twin of shade.wgsl.
 
 use glam::Vec3;
-use mesh::Material;
+use mesh::{Material, Tag};
 
 use super::grain::{noise, smooth};
 use super::lamplight::LitSurface;
@@ -29,6 +29,13 @@ const LIFT: f32 = 0.01;
 /// Roughness below which, and share of mirrored light above which, a reflection is traced.
 const ROUGHNESS_MAX: f32 = 0.3;
 const MIRROR_MIN: f32 = 0.05;
+
+/// Share of light that a window pane lets through, and panes that a view passes at most.
+const PANE: f32 = 0.72;
+const PANES_MAX: usize = 4;
+
+/// Share of the light outside of a vehicle that arrives within it.
+const CABIN: f32 = 0.3;
 
 /// Rings of rain drops on a metre of water.
 const RIPPLES_PER_M: f32 = 14.0;
@@ -259,7 +266,14 @@ impl Shade<'_> {
             }
         }
         let reflected = mirrored.lerp(ambient, surfaces.roughness);
-        let base = shaded.lerp(reflected, mirror) + surfaces.emission;
+        let mut base = shaded.lerp(reflected, mirror) + surfaces.emission;
+        if DETAILED {
+            let panes = active & is_pane::<F>(sample.face);
+            if panes.any() {
+                let behind = self.behind(at, view, sample.id, panes, stack) * (one - mirror);
+                base = (base + behind).or(panes, base);
+            }
+        }
         let sky = surfaces.albedo.times(ambient) * (one - mirror);
 
         let direct = surfaces.albedo * (facing.max(around) - around);
@@ -280,8 +294,7 @@ impl Shade<'_> {
         }
     }
 
-    /// Returns the radiance along rays from mirroring surfaces: sky, or the diffuse light and the emission
-    /// of what they hit, without shadows and patterns.
+    /// Returns the radiance along rays from mirroring surfaces.
     #[inline(always)]
     fn mirrored<F: Float>(
         &self,
@@ -290,7 +303,7 @@ impl Shade<'_> {
         active: F::Mask,
         stack: &mut Stack,
     ) -> V3<F> {
-        let Shade { scene, world, light, .. } = *self;
+        let Shade { scene, world, .. } = *self;
         let V3 { x, y, z } = origins;
         let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
         let (dx, dy) = (directions.x.to_array(), directions.y.to_array());
@@ -305,6 +318,58 @@ impl Shade<'_> {
             let ray = SingleRay::new(origin, direction, scene.reach);
             ray.closest::<F::Float8>(scene, world, stack, &mut hits[lane]);
         }
+        self.glimpse(origins, directions, &hits, F::Word::splat(NONE))
+    }
+
+    /// Returns the radiance that arrives through panes at `at` of the vehicles with these ids, as that of
+    /// [`Shade::mirrored`].
+    #[inline(always)]
+    fn behind<F: Float>(
+        &self,
+        at: V3<F>,
+        view: V3<F>,
+        id: F::Word,
+        active: F::Mask,
+        stack: &mut Stack,
+    ) -> V3<F> {
+        let Shade { scene, world, .. } = *self;
+        let (x, y, z) = (at.x.to_array(), at.y.to_array(), at.z.to_array());
+        let (dx, dy, dz) = (view.x.to_array(), view.y.to_array(), view.z.to_array());
+        let mut hits = [Hit::none(f32::INFINITY); LANES];
+        let mut passed = [0.0; LANES];
+        let mut left = active.bits();
+        while left != 0 {
+            let lane = left.trailing_zeros() as usize % LANES;
+            left &= left - 1;
+            let origin = Vec3::new(x[lane], y[lane], z[lane]);
+            let direction = Vec3::new(dx[lane], dy[lane], dz[lane]);
+            let (mut from, mut share) = (LIFT, PANE);
+            for _ in 0..PANES_MAX {
+                let mut hit = Hit::none(f32::INFINITY);
+                let ray = SingleRay::new(origin + direction * from, direction, scene.reach);
+                ray.closest::<F::Float8>(scene, world, stack, &mut hit);
+                hit.t += from;
+                (hits[lane], passed[lane]) = (hit, share);
+                if hit.triangle == NONE || !is_clear(scene.triangles[hit.triangle as usize].face) {
+                    break;
+                }
+                (from, share) = (hit.t + LIFT, share * PANE);
+            }
+        }
+        self.glimpse(at, view, &hits, id) * F::from_array(passed)
+    }
+
+    /// Returns the radiance of surfaces in the distance: their diffuse light, without shadows and patterns, and
+    /// their emission; of the sky where there are none. Surfaces with the id `around` lie within a vehicle.
+    #[inline(always)]
+    fn glimpse<F: Float>(
+        &self,
+        origins: V3<F>,
+        directions: V3<F>,
+        hits: &[Hit; LANES],
+        around: F::Word,
+    ) -> V3<F> {
+        let Shade { scene, world, light, .. } = *self;
         let t = F::from_array(hits.map(|hit| hit.t));
         let triangle = F::Word::from_array(hits.map(|hit| hit.triangle));
         let instance = F::Word::from_array(hits.map(|hit| hit.instance));
@@ -322,7 +387,8 @@ impl Shade<'_> {
         let normal = (-sample.normal).or(away, sample.normal);
         let facing = normal.dot(splat(light.sun)).max(zero) * F::splat(0.7);
         let arriving = splat::<F>(light.sun_color).mul_add(facing, ambient(light, normal.z));
-        let surface = surfaces.albedo.times(arriving) + surfaces.emission;
+        let inside = F::splat(CABIN).or(sample.id.eq(around), F::splat(1.0));
+        let surface = surfaces.albedo.times(arriving) * inside + surfaces.emission;
         surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky)
     }
 
@@ -362,6 +428,20 @@ impl Shade<'_> {
             surfaces.roughness = surfaces.roughness.lerp(F::splat(0.01), pool);
         }
     }
+}
+
+/// Returns which faces are window panes of vehicles.
+#[inline(always)]
+fn is_pane<F: Float>(face: F::Word) -> F::Mask {
+    let [tag, material] = [F::Word::splat(0xff), face.shr::<8>() & F::Word::splat(0xff)];
+    let of_building = (face & tag).eq(F::Word::splat(Tag::Building as u32));
+    material.eq(F::Word::splat(Material::Glass as u32)) & !of_building
+}
+
+/// As [`is_pane`], of one face.
+fn is_clear(face: u32) -> bool {
+    let [tag, material, ..] = face.to_le_bytes();
+    material == Material::Glass as u8 && tag != Tag::Building as u8
 }
 
 /// Returns which faces are leaves or needles: their colours already have the darkness of their crown.

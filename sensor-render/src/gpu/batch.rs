@@ -2,6 +2,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3};
 use protocol::{SensorSpec, lens_model, output, sensor};
 
+use super::kernels::CameraKernel;
 use super::top_levels;
 use crate::film::{CELLS, Development};
 use crate::lidar::Lidar;
@@ -9,7 +10,9 @@ use crate::lidar_air::Air;
 use crate::lidar_echo::Echoes;
 use crate::light::Light;
 use crate::overlay::{TEXT_NEAR_M, Text};
+use crate::rain::Rainfall;
 use crate::rays::{Camera, Sensor};
+use crate::scene::Scene;
 use crate::{error::TraceError, job::BundleJob, outputs, world::World};
 
 /// In place of the offset of a plane: the sensor does not have it.
@@ -45,9 +48,25 @@ pub(crate) struct GpuCamera {
     pub(crate) image_radius_max: f32,
     pub(crate) film: u32,
     pub(crate) development: u32,
+    pub(crate) rain: Rainfall,
+    /// View in the previous frame; w of the origin: 1 if the camera has moved since.
+    pub(crate) before_origin: [f32; 4],
+    pub(crate) before_forward: [f32; 4],
+    pub(crate) before_right: [f32; 4],
+    pub(crate) before_down: [f32; 4],
+    pub(crate) normal: u32,
+    pub(crate) flow: u32,
+    pub(crate) reserved: [u32; 2],
 }
 
-const _: () = assert!(size_of::<GpuCamera>() == 176);
+const _: () = assert!(size_of::<GpuCamera>() == 560);
+
+impl GpuCamera {
+    /// Returns whether the camera measures normals or optical flow.
+    fn has_surfaces(&self) -> bool {
+        self.normal != NONE || self.flow != NONE
+    }
+}
 
 /// Lidar as the shaders read it. Twin of `Lidar` in scene.wgsl.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
@@ -130,6 +149,7 @@ pub(crate) struct Batch {
 /// # Errors
 /// [`TraceError`] if a job is invalid or one sensor exceeds `bytes_max`.
 pub(crate) fn batches(
+    scene: &Scene,
     world: &World,
     jobs: &mut [BundleJob],
     bytes_max: u64,
@@ -154,7 +174,7 @@ pub(crate) fn batches(
                 return Err(TraceError::TooLarge { sensor, byte_len: longest, bytes_max });
             }
             let pose = &first.world_from_sensor;
-            let sensor = outputs::ray_generator(world, job.parent, spec, pose)?;
+            let sensor = outputs::ray_generator(scene, world, job.parent, spec, pose)?;
             let mut batch = batches.last_mut().unwrap_or_else(|| unreachable!("never empty"));
             if batch.byte_len + byte_len > bytes_max
                 || u64::from(batch.tag_len) * 4 + unpacked > bytes_max
@@ -205,6 +225,8 @@ impl Batch {
         let tag = plane(output::TAG);
         let color = plane(output::COLOR);
         let [film, development] = self.add_film(world, camera, light, color != NONE);
+        let before = camera.before.unwrap_or_else(|| camera.view());
+        let has_moved = f32::from(u8::from(camera.before.is_some()));
         self.cameras.push(GpuCamera {
             origin: extended(camera.origin, camera.pixel),
             forward: extended(camera.forward, 0.0),
@@ -225,6 +247,14 @@ impl Batch {
             samples: camera.quality.samples().len() as u32,
             film,
             development,
+            rain: camera.rain,
+            pixel: [camera.pixel, camera.pixel_down],
+            before_origin: extended(before.origin, has_moved),
+            before_forward: extended(before.forward, 0.0),
+            before_right: extended(before.right, 0.0),
+            before_down: extended(before.down, 0.0),
+            normal: plane(output::NORMAL),
+            flow: plane(output::FLOW),
             ..lens_of(camera)
         });
         self.groups[0] += across * camera.height.div_ceil(8);
@@ -309,15 +339,26 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
-    /// Returns whether there is a camera of this kind: a colour image of several rays per pixel, a lens,
-    /// effects.
-    pub(crate) fn has_cameras(&self, is_smooth: bool, has_lens: bool, has_effects: bool) -> bool {
+    /// Returns whether there is a camera that a kernel renders.
+    pub(crate) fn has_cameras(&self, kernel: CameraKernel) -> bool {
+        let CameraKernel { is_smooth, has_lens, has_effects, has_surfaces, .. } = kernel;
         let is_of_kind = |camera: &GpuCamera| {
             (camera.color != NONE && camera.samples > 1) == is_smooth
                 && (camera.lens != lens_model::PINHOLE) == has_lens
                 && (camera.development != NONE) == has_effects
+                && camera.has_surfaces() == has_surfaces
         };
         self.cameras.iter().any(is_of_kind)
+    }
+
+    /// Returns whether drops or spray are before a camera.
+    pub(crate) fn has_rain(&self) -> bool {
+        self.cameras.iter().any(|camera| !camera.rain.is_none())
+    }
+
+    /// Returns whether a camera measures optical flow.
+    pub(crate) fn has_flow(&self) -> bool {
+        self.cameras.iter().any(|camera| camera.flow != NONE)
     }
 
     /// Returns whether there is a lidar with echoes, or one without.
@@ -330,8 +371,9 @@ impl Batch {
         let mut hash = self.byte_len | 1 << 63;
         let mut mix = |word: u64| hash = mesh::fold_word(hash, word) | 1 << 63;
         for camera in &self.cameras {
-            let GpuCamera { color, depth, instance, tag, width, height, .. } = *camera;
-            for word in [color, depth, instance, tag, width, height] {
+            let GpuCamera { color, depth, instance, tag, normal, flow, width, height, .. } =
+                *camera;
+            for word in [color, depth, instance, tag, normal, flow, width, height] {
                 mix(word.into());
             }
         }
@@ -379,7 +421,6 @@ fn lens_of(camera: &Camera) -> GpuCamera {
         lens: if lens.is_fisheye { lens_model::FISHEYE } else { lens_model::BROWN_CONRADY },
         coefficient5,
         coefficients,
-        pixel: [camera.pixel, camera.pixel_down],
         focal: lens.focal,
         radius_max: lens.radius_max,
         image_radius_max: lens.image_radius_max,

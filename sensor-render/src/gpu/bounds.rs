@@ -135,6 +135,8 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
         within("colours", color, pixels, words)?;
         within("depths", depth, pixels, words)?;
         within("instances", instance, pixels, words)?;
+        within("normals", camera.normal, pixels * 3, words)?;
+        within("flows", camera.flow, pixels * 2, words)?;
         if tag != NONE {
             within("packed tags", tag, pixels.div_ceil(64) * 16, words)?;
             within("tags", first_tag, pixels, tags)?;
@@ -259,6 +261,8 @@ mod tests {
             depth: NONE,
             instance: NONE,
             tag: NONE,
+            normal: NONE,
+            flow: NONE,
             film: NONE,
             development: NONE,
             ..GpuCamera::zeroed()

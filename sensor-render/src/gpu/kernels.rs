@@ -23,7 +23,9 @@ const SHADER: &str = concat!(
     include_str!("../shader/wear.wgsl"),
     include_str!("../shader/lamplight.wgsl"),
     include_str!("../shader/shade.wgsl"),
+    include_str!("../shader/rain.wgsl"),
     include_str!("../shader/lens.wgsl"),
+    include_str!("../shader/surfaces.wgsl"),
     include_str!("../shader/camera.wgsl"),
     include_str!("../shader/overlay_raster.wgsl"),
     include_str!("../shader/lidar_echo.wgsl"),
@@ -38,7 +40,7 @@ pub(crate) struct Kernels {
     pipeline_layout: PipelineLayout,
     module: ShaderModule,
     /// Renders the pixels of cameras, by [`CameraKernel`]; compiled at the first use.
-    trace_cameras: [OnceLock<ComputePipeline>; 16],
+    trace_cameras: [OnceLock<ComputePipeline>; 64],
     /// Draws debug shapes into the colours of all cameras.
     pub(crate) draw_overlay: ComputePipeline,
     /// Packs the tags of all cameras, four per word.
@@ -97,7 +99,7 @@ impl Kernels {
             layout,
             pipeline_layout,
             module,
-            trace_cameras: Default::default(),
+            trace_cameras: std::array::from_fn(|_| OnceLock::new()),
             draw_overlay,
             pack_tags,
             trace_lidars,
@@ -116,22 +118,22 @@ impl Kernels {
 
     /// Returns the kernel that renders cameras of this kind.
     pub(crate) fn trace_cameras(&self, device: &Device, kind: CameraKernel) -> &ComputePipeline {
-        let CameraKernel { is_smooth, has_lens, has_effects, has_lamps } = kind;
-        let [smooth, lens, effects, lamps] =
-            [is_smooth, has_lens, has_effects, has_lamps].map(u8::from);
-        self.trace_cameras[usize::from(effects << 3 | smooth << 2 | lens << 1 | lamps)].get_or_init(
-            || {
-                let constants = [
-                    ("SMOOTH", smooth),
-                    ("HAS_LENS", lens),
-                    ("HAS_EFFECTS", effects),
-                    ("HAS_LAMPS", lamps),
-                ]
-                .map(|(name, word)| (name, f64::from(word)));
-                let Kernels { pipeline_layout, module, .. } = self;
-                pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
-            },
-        )
+        let CameraKernel { is_smooth, has_lens, has_effects, has_surfaces, has_lamps, has_rain } =
+            kind;
+        let constants = [
+            ("SMOOTH", is_smooth),
+            ("HAS_LENS", has_lens),
+            ("HAS_EFFECTS", has_effects),
+            ("HAS_SURFACES", has_surfaces),
+            ("HAS_LAMPS", has_lamps),
+            ("HAS_RAIN", has_rain),
+        ];
+        let number = constants.iter().fold(0, |sum, (_, has)| sum << 1 | usize::from(*has));
+        self.trace_cameras[number].get_or_init(|| {
+            let constants = constants.map(|(name, has)| (name, f64::from(u8::from(has))));
+            let Kernels { pipeline_layout, module, .. } = self;
+            pipeline(device, pipeline_layout, module, "trace_cameras", &constants)
+        })
     }
 
     /// Returns the kernels that develop films, in their order.
@@ -170,8 +172,12 @@ pub(crate) struct CameraKernel {
     pub(crate) has_lens: bool,
     /// Those with effects, or the others.
     pub(crate) has_effects: bool,
+    /// Those that measure normals or optical flow, or the others.
+    pub(crate) has_surfaces: bool,
     /// Whether any lamp shines.
     pub(crate) has_lamps: bool,
+    /// Whether drops or spray are before any camera.
+    pub(crate) has_rain: bool,
 }
 
 fn pipeline(

@@ -41,6 +41,8 @@ struct FrameUniforms {
 pub(crate) struct GpuResources {
     /// Serial of the uploaded scene.
     scene: Option<u64>,
+    /// Serial of the scene whose parked vehicles and plants were uploaded.
+    parked: Option<u64>,
     buffers: [GrowableBuffer; super::kernels::BINDINGS],
     group: Option<BindGroup>,
     /// Hash of the layout of the last batch; if it changes, gaps between planes are cleared.
@@ -87,6 +89,7 @@ impl GpuResources {
         });
         let mut resources = GpuResources {
             scene: None,
+            parked: None,
             buffers,
             group: None,
             layout_hash: 0,
@@ -140,6 +143,13 @@ impl GpuResources {
         let lamps = self.lamps.grid(scene, world, &light);
         self.has_lamps = !lamps.lamps.is_empty();
         self.upload_lamps(gpu, &lamps);
+        let joined = top_levels::joined(world);
+        let (nodes, instances) = match &joined {
+            Some((nodes, instances)) => (nodes, instances),
+            None => (&world.nodes, &world.instances),
+        };
+        let motions = if batch.has_flow() { world.motions.rows() } else { Vec::new() };
+        let first_motion = if motions.is_empty() { 0 } else { instances.len() as u32 };
         let frame = FrameUniforms {
             light,
             roots: [
@@ -150,7 +160,7 @@ impl GpuResources {
             ],
             groups: [cameras, lidars, packing, GROUPS_ACROSS],
             overlay: self.upload_overlay(gpu, &world.overlay, &batch.text_places),
-            town: [scene.smooth_from, 0, 0, 0],
+            town: [scene.smooth_from, first_motion, 0, 0],
             samples: SAMPLES,
             sky_directions: SKY_DIRECTIONS,
         };
@@ -164,13 +174,24 @@ impl GpuResources {
             self.street_lights = Arc::clone(&world.street_lights);
         }
         self.upload(gpu, at::FRAME, bytemuck::bytes_of(&frame));
-        let joined = top_levels::joined(world);
-        let (nodes, instances) = match &joined {
-            Some((nodes, instances)) => (nodes, instances),
-            None => (&world.nodes, &world.instances),
-        };
-        self.upload(gpu, at::TOP_NODES, bytemuck::cast_slice(nodes));
-        self.upload(gpu, at::INSTANCES, bytemuck::cast_slice(instances));
+        // Those of parked vehicles and plants are the same in every frame, but for the node that joins.
+        let placed_in = world.scene_serial();
+        let is_known = placed_in == Some(scene.serial) && self.parked == placed_in;
+        let [known_nodes, known_instances] = if is_known { world.parked_counts() } else { [0; 2] };
+        self.parked = placed_in;
+        self.upload_after(gpu, at::TOP_NODES, nodes, known_nodes);
+        write(
+            &gpu.queue,
+            &self.buffers[at::TOP_NODES].buffer,
+            0,
+            bytemuck::cast_slice(&nodes[..nodes.len().min(1)]),
+        );
+        if motions.is_empty() {
+            self.upload_after(gpu, at::INSTANCES, instances, known_instances);
+        } else {
+            let both = [instances.as_slice(), &motions].concat();
+            self.upload_after(gpu, at::INSTANCES, &both, known_instances);
+        }
         self.upload(gpu, at::CAMERAS, bytemuck::cast_slice(&batch.cameras));
         self.upload(gpu, at::LIDARS, bytemuck::cast_slice(&batch.lidars));
         self.upload(gpu, at::CIRCLES, bytemuck::cast_slice(&batch.circles));
@@ -246,23 +267,34 @@ impl GpuResources {
     }
 
     fn upload(&mut self, gpu: &Gpu, binding: usize, bytes: &[u8]) {
-        self.grow(gpu, binding, bytes.len() as u64);
-        write(&gpu.queue, &self.buffers[binding].buffer, bytes);
+        self.upload_after(gpu, binding, bytes, 0);
     }
 
-    fn grow(&mut self, gpu: &Gpu, binding: usize, byte_len: u64) {
+    /// Uploads all elements but the first `known`, which are on the device already unless the buffer grows.
+    fn upload_after<T: Pod>(&mut self, gpu: &Gpu, binding: usize, elements: &[T], known: usize) {
+        let has_grown = self.grow(gpu, binding, size_of_val(elements) as u64);
+        let known = if has_grown { 0 } else { known.min(elements.len()) };
+        let bytes = bytemuck::cast_slice(&elements[known..]);
+        let offset = (known * size_of::<T>()) as u64;
+        write(&gpu.queue, &self.buffers[binding].buffer, offset, bytes);
+    }
+
+    /// Grows a buffer to at least `byte_len`; returns whether it is a new one.
+    fn grow(&mut self, gpu: &Gpu, binding: usize, byte_len: u64) -> bool {
         let limits = gpu.device.limits();
-        if self.buffers[binding].grow(&gpu.device, byte_len, limits.max_storage_buffer_binding_size)
-        {
+        let bytes_max = limits.max_storage_buffer_binding_size;
+        let has_grown = self.buffers[binding].grow(&gpu.device, byte_len, bytes_max);
+        if has_grown {
             self.group = None;
             self.layout_hash = 0;
         }
+        has_grown
     }
 }
 
-fn write(queue: &Queue, buffer: &Buffer, bytes: &[u8]) {
+fn write(queue: &Queue, buffer: &Buffer, offset: u64, bytes: &[u8]) {
     if !bytes.is_empty() {
-        queue.write_buffer(buffer, 0, bytes);
+        queue.write_buffer(buffer, offset, bytes);
     }
 }
 

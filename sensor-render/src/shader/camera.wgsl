@@ -9,6 +9,11 @@ override HAS_LENS: bool = false;
 // Those with effects, whose radiance goes to a film and whose rays may have origins of their own, or the others.
 override HAS_EFFECTS: bool = false;
 
+// Whether drops or spray are before any camera.
+override HAS_RAIN: bool = false;
+// Those that measure normals or optical flow, or the others.
+override HAS_SURFACES: bool = false;
+
 // Root of the top level that rays of such cameras are traced in.
 var<private> top_root: u32;
 
@@ -48,11 +53,12 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
     if (is_smooth != SMOOTH || (cameras[index].lens != 0u) != HAS_LENS
-        || (cameras[index].development != NONE) != HAS_EFFECTS) {
+        || (cameras[index].development != NONE) != HAS_EFFECTS
+        || (cameras[index].normal != NONE || cameras[index].flow != NONE) != HAS_SURFACES) {
         return;
     }
     // A colour image of several rays per pixel has none through the centre; the other outputs have.
-    let has_others = cameras[index].depth != NONE || cameras[index].tag != NONE
+    let has_others = HAS_SURFACES || cameras[index].depth != NONE || cameras[index].tag != NONE
         || cameras[index].instance != NONE;
     var film = vec3f(0.0);
     // Rays of a pixel that hit the same triangle share its shading, among four in a row.
@@ -72,6 +78,9 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
             if (through.w == 0.0) {
                 if (is_center) {
                     write_black(index, pixel);
+                    if (HAS_SURFACES) {
+                        write_surface(index, pixel, vec3f(0.0), vec2f(0.0));
+                    }
                 }
                 // No ray has this name.
                 seen[own] = vec2u(NONE, 0u);
@@ -89,6 +98,9 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         let hit = closest(ray, FAR_AWAY, false);
         if (is_center) {
             write_others(index, pixel, hit);
+            if (HAS_SURFACES) {
+                write_surface(index, pixel, sensor_normal(index, ray, hit), flow_of(index, ray, hit));
+            }
             if (SMOOTH || !has_color) {
                 continue;
             }
@@ -109,7 +121,10 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         }
         seen[own] = name;
         shared_[own] = radiance;
-        let color = with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz);
+        var color = with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz);
+        if (HAS_RAIN) {
+            color = in_rain(index, color, ray, hit.t);
+        }
         if (HAS_EFFECTS) {
             film += color;
         } else {

@@ -26,21 +26,31 @@ fn fisheye(index: u32, at: vec2f) -> vec4f {
             1.0 + square * (slopes.x + square * (slopes.y + square * (slopes.z + square * slopes.w)));
         angle = clamp(angle - error / max(slope, 1e-3), 0.0, most);
     }
-    // Sine and cosine of half the angle, at most pi / 2, by their series: devices round their own
-    // functions too coarsely.
-    let half = angle * 0.5;
-    let square = half * half;
-    let sine = 1.0 + square * (-0.16666667 + square * (8.333333e-3 + square * (-1.984127e-4
-        + square * (2.7557319e-6 + square * (-2.5052108e-8 + square * 1.6059044e-10)))));
-    let cosine = 1.0 + square * (-0.5 + square * (4.1666666e-2 + square * (-1.3888889e-3
-        + square * (2.4801587e-5 + square * (-2.7557319e-7 + square * 2.0876757e-9)))));
-    let ahead = 1.0 - 2.0 * (half * sine) * (half * sine);
+    let half = half_sine_cosine(angle);
+    let ahead = 1.0 - 2.0 * half.x * half.x;
     let whole = angle * angle;
-    let scale = sine * cosine
+    // The sine over the angle.
+    let scale = half_sinc(angle) * half.y
         / (1.0 + whole * (k.x + whole * (k.y + whole * (k.z + whole * k.w))));
     let direction = cameras[index].forward.xyz * ahead
         + (cameras[index].right.xyz * at.x + cameras[index].down.xyz * at.y) * scale;
     return vec4f(direction, select(0.0, 1.0, wanted <= cameras[index].image_radius_max));
+}
+
+// Sine and cosine of half an angle of at most pi, by their series: devices round their own functions too
+// coarsely.
+fn half_sine_cosine(angle: f32) -> vec2f {
+    let square = angle * angle * 0.25;
+    let cosine = 1.0 + square * (-0.5 + square * (4.1666666e-2 + square * (-1.3888889e-3
+        + square * (2.4801587e-5 + square * (-2.7557319e-7 + square * 2.0876757e-9)))));
+    return vec2f(half_sinc(angle) * angle * 0.5, cosine);
+}
+
+// Sine of half an angle, divided by that half.
+fn half_sinc(angle: f32) -> f32 {
+    let square = angle * angle * 0.25;
+    return 1.0 + square * (-0.16666667 + square * (8.333333e-3 + square * (-1.984127e-4
+        + square * (2.7557319e-6 + square * (-2.5052108e-8 + square * 1.6059044e-10)))));
 }
 
 // Newton's steps in two dimensions.

@@ -18,7 +18,8 @@ struct FrameUniforms {
     groups: vec4u,
     // Debug shapes: root, first capsule, first text, number of texts; see overlay_raster.wgsl.
     overlay: vec4u,
-    // Number of triangles of the town.
+    // Number of triangles of the town; number of the first of the motions of the instances among `instances`,
+    // or 0.
     town: vec4u,
     // Rays of a pixel at each quality: see SAMPLES in quality.rs.
     samples: array<vec4f, 21>,
@@ -36,6 +37,16 @@ struct Instance {
     size_squared: f32,
     reserved0: u32,
     reserved1: u32,
+}
+
+struct Puff {
+    // Middle, and extinction there per metre.
+    center: vec3f,
+    density_per_m: f32,
+    // Level direction of the long half axis, 1 / its length, and 1 / the length of that across.
+    along: vec2f,
+    per_length: f32,
+    per_width: f32,
 }
 
 struct Camera {
@@ -74,6 +85,25 @@ struct Camera {
     // Of a camera with effects: offset of its film in `films`, and its number in `developments`; NONE for others.
     film: u32,
     development: u32,
+    // Rain and spray: see Rainfall in rain.rs.
+    streak: vec3f,
+    per_cell: f32,
+    chances: vec4f,
+    drops_seed: u32,
+    puff_count: u32,
+    rain_reserved0: u32,
+    rain_reserved1: u32,
+    puffs: array<Puff, 8>,
+    // View in the previous frame; w of the origin: 1 if the camera has moved since.
+    before_origin: vec4f,
+    before_forward: vec4f,
+    before_right: vec4f,
+    before_down: vec4f,
+    // Offsets of further planes in words of `bytes_out`, as above.
+    normal: u32,
+    flow: u32,
+    surface_reserved0: u32,
+    surface_reserved1: u32,
 }
 
 struct Lidar {

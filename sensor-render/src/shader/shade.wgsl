@@ -6,6 +6,11 @@ const LIFT = 0.01;
 const ROUGHNESS_MAX = 0.3;
 const MIRROR_MIN = 0.05;
 
+// See shade.rs.
+const PANE = 0.72;
+const PANES_MAX = 4u;
+const CABIN = 0.3;
+
 const RIPPLES_PER_M = 14.0;
 
 // See light.rs.
@@ -111,14 +116,37 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let around = surface.wrap * 0.22;
     let sky_light = ambient(normal.z);
     let shaded = surface.albedo * frame.sun_color.xyz * around;
-    var mirrored: vec3f;
-    if (SMOOTH && surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN) {
-        mirrored = mirrored_of(Ray(at + flat_normal * LIFT, rippled(at, normal, r, long)));
-    } else {
-        mirrored = reflection(r);
+    var mirrored = reflection(r);
+    var behind = vec3f(0.0);
+    if (SMOOTH) {
+        let has_mirror = surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN;
+        // The reflection, then what is behind a pane, in one loop: each call of `closest` is a copy of it.
+        var step = select(1u, 0u, has_mirror);
+        let end = select(1u, 1u + PANES_MAX, is_pane(hit));
+        var begin = LIFT;
+        var share = PANE;
+        while (step < end) {
+            let is_mirror = step == 0u;
+            var ray = Ray(at + view * begin, view);
+            if (is_mirror) {
+                ray = Ray(at + flat_normal * LIFT, rippled(at, normal, r, long));
+            }
+            let seen = closest(ray, FAR_AWAY, false);
+            let passes = !is_mirror && seen.triangle != NONE && step < PANES_MAX && is_pane(seen);
+            if (passes) {
+                begin += seen.t + LIFT;
+                share *= PANE;
+            } else {
+                let color = glimpse(ray, seen, select(id_of(hit), NONE, is_mirror));
+                mirrored = select(mirrored, color, is_mirror);
+                behind = select(color * share, behind, is_mirror);
+                step = select(end, step, is_mirror);
+            }
+            step++;
+        }
     }
     let reflected = mix(mirrored, sky_light, surface.roughness);
-    let base = mix(shaded, reflected, mirror) + surface.emission;
+    let base = mix(shaded, reflected, mirror) + surface.emission + behind * (1.0 - mirror);
     let sky = surface.albedo * sky_light * (1.0 - mirror);
 
     let direct = surface.albedo * (max(facing, around) - around);
@@ -134,10 +162,13 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     return Radiance(base + lamps.others, sky, sun, lamps.strongest, lamps.number);
 }
 
-// Radiance along a ray from a mirroring surface: sky, or the diffuse light and the emission of what it
-// hits, without shadows and patterns.
-fn mirrored_of(ray: Ray) -> vec3f {
-    let hit = closest(ray, FAR_AWAY, false);
+fn is_pane(hit: Hit) -> bool {
+    return material_of(hit) == GLASS && tag_of(hit) != BUILDING;
+}
+
+// Radiance of a surface in the distance: its diffuse light, without shadows and patterns, and its emission;
+// of the sky where there is none. A surface with the id `around` lies within a vehicle.
+fn glimpse(ray: Ray, hit: Hit, around: u32) -> vec3f {
     if (hit.triangle == NONE) {
         return gradient(ray.direction.z);
     }
@@ -145,7 +176,8 @@ fn mirrored_of(ray: Ray) -> vec3f {
     let normal = normal_of(hit, ray.direction);
     let facing = max(dot(normal, frame.sun.xyz), 0.0) * 0.7;
     let arriving = frame.sun_color.xyz * facing + ambient(normal.z);
-    let color = surface.albedo * arriving + surface.emission;
+    let inside = select(1.0, CABIN, id_of(hit) == around);
+    let color = surface.albedo * arriving * inside + surface.emission;
     return mix(color, frame.haze.xyz, haze_share(hit.t));
 }
 

@@ -3,6 +3,8 @@
 // Three vectors per material: see MATERIALS in surface_material.rs.
 @group(0) @binding(12) var<uniform> materials: array<vec4f, 120>;
 
+const GLASS = 18u;
+const BUILDING = 3u; // A tag.
 const CAR_PAINT = 19u;
 const LAMP_WHITE = 22u;
 const LAMP_RED = 23u;
@@ -116,6 +118,13 @@ fn street_light_emission(number: u32) -> vec3f {
     return emission * (on * bitcast<f32>(lamp.w));
 }
 
+// Radiance of a room behind a pane of a building.
+fn room_emission(seed: u32, tint: u32) -> vec3f {
+    let chance = f32(mixed(seed ^ tint) & 255u) * (1.0 / 255.0);
+    let bright = 0.3 + 0.7 * (f32(mixed(seed ^ (tint << 16u)) & 255u) * (1.0 / 255.0));
+    return vec3f(1.5, 1.0, 0.5) * (select(0.0, bright, chance > 0.66) * frame.horizon.w);
+}
+
 fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     let row1 = triangles[hit.triangle * 3u + 1u];
     let row2 = triangles[hit.triangle * 3u + 2u];
@@ -181,6 +190,9 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
         surface.emission = actor_emission(code, instances[hit.instance].lights, albedo);
     } else if (code == LAMP_WHITE) {
         surface.emission = street_light_emission(owner);
+    } else if (code == GLASS && (bitcast<u32>(triangles[hit.triangle * 3u].w) & 255u) == BUILDING
+        && tint != 0u) {
+        surface.emission = room_emission(seed, tint);
     }
     return surface;
 }

@@ -1,18 +1,21 @@
-//! Car bodies, lofted from the tail to the nose over the tables of a silhouette.
+//! Car bodies: subdivided from control cages, or lofted from the tail to the nose over the tables
+//! of a silhouette.
 //!
-//! Wheel arches are cut by raising the sill over each wheel.
+//! Wheel arches of lofted bodies are cut by raising the sill over each wheel.
 
-use glam::{Quat, Vec3, vec3};
+use glam::{Vec3, vec3};
 use mesh::{Face, Material};
 
 use crate::{
     catalogue::{
         blueprint::Wheel,
+        cabin,
+        cage::{HalfCar, Part, Skin, Surface},
         fittings,
         profile::{Measure, PILLAR, SEAM, SHELL, Silhouette, Skin::Pane},
-        rig::INTERIOR,
     },
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
+    subdivision::Cage,
 };
 
 /// Colours of parts that do not have the actor's own colour.
@@ -23,20 +26,80 @@ pub(super) struct Livery {
     pub(super) doors: Option<[u8; 3]>,
 }
 
-/// Builds the body with mirrors and without wheels; the nose lies at `measure.nose_m`. Doors are
-/// separate objects after [`SHELL`], in CARLA's order.
+/// How often a control cage is subdivided.
+const SUBDIVISIONS: usize = 1;
+
+/// Builds the body with mirrors, inside and occupants and without wheels; the nose lies at
+/// `measure.nose_m`. Doors are separate objects after [`SHELL`], in CARLA's order. `number` varies
+/// the occupants. Returns the surface of a body that is made from a control cage.
 pub(super) fn body(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
     measure: &Measure,
     livery: Livery,
-) {
+    number: usize,
+) -> Option<Surface> {
+    let shell = if shape.doors == 0 { 0 } else { SHELL };
+    builder.object(shell);
+    let surface = match shape.cage {
+        Some(text) => Some(subdivided(builder, text, measure, livery)),
+        None => {
+            lofted(builder, shape, measure, livery);
+            None
+        }
+    };
+    builder.object(shell);
+    linings(builder, shape, measure);
+    fittings::mirrors_and_handles(builder, shape, measure, surface.as_ref());
+    if shape.doors > 0 {
+        builder.object(shell);
+        cabin::furnish(builder, shape, measure, number);
+    }
+    builder.object(shell);
+    surface
+}
+
+/// Adds a body made from a control cage.
+fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: Livery) -> Surface {
+    // A test reads every cage of the catalogue.
+    let half = HalfCar::parse(text).expect("a control cage of the catalogue");
+    let cage = half.placed(measure);
+    let fine = (0..SUBDIVISIONS).fold(cage.clone(), |cage, _| cage.subdivided());
+    builder.material(Material::CarPaint);
+    builder.cage(&fine, |usual, skin: Skin| {
+        let is_paint = skin.material == Material::CarPaint;
+        let (object, color) = match skin.part {
+            Part::Door(door) => (SHELL + 1 + door, livery.doors),
+            Part::Roof => (usual.object, livery.upper),
+            Part::Body => (usual.object, None),
+        };
+        let tint = color.filter(|_| is_paint).map_or(0, Face::tint);
+        Face { material: skin.material as u8, object, tint, ..usual }
+    });
+    // Points keep their indices: the coarse faces between points of the finished surface.
+    let points = fine.points[..cage.points.len()].to_vec();
+    cabin::lining(builder, &Cage { points, ..cage });
+    Surface::of(&fine)
+}
+
+/// Returns the foremost point of a door of a control cage, the outer one of several.
+pub(super) fn door_front(text: &str, measure: &Measure, door: u32) -> Vec3 {
+    let cage = HalfCar::parse(text).expect("a control cage of the catalogue").placed(measure);
+    let faces = cage.faces.iter().filter(|(_, skin)| skin.part == Part::Door(door));
+    let points = faces.flat_map(|(corners, _)| corners.iter().map(|at| cage.points[*at as usize]));
+    let ahead =
+        |a: &Vec3, b: &Vec3| a.x.total_cmp(&b.x).then_with(|| a.y.abs().total_cmp(&b.y.abs()));
+    points.max_by(ahead).unwrap_or(Vec3::ZERO)
+}
+
+/// Adds a body lofted over the tables of its silhouette.
+fn lofted(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, livery: Livery) {
     let stations = stations(shape, measure);
     // Lamps and plates protrude by `RELIEF`, which completes the full length.
     let rings: Vec<Vec<Vec3>> = stations.iter().map(|x| ring(shape, measure, *x)).collect();
     let doors = shape.door_cuts();
     let shell = if doors.is_empty() { 0 } else { SHELL };
-    builder.object(shell).material(Material::CarPaint);
+    builder.material(Material::CarPaint);
     builder.loft_with(&rings, |usual, band, side| {
         let with = |material: Material| Face { material: material as u8, ..usual };
         if band == FIRST_CAP || band == LAST_CAP {
@@ -71,12 +134,6 @@ pub(super) fn body(
         }
         face
     });
-    linings(builder, shape, measure);
-    fittings::mirrors_and_handles(builder, shape, measure);
-    if !doors.is_empty() {
-        interior(builder, shape, measure);
-    }
-    builder.object(shell);
 }
 
 /// Adds the wheel housings, which block the view through the wheel arches.
@@ -89,44 +146,6 @@ fn linings(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
         let low = vec3(x - reach, -side, shape.clearance_m + 0.02);
         builder.block(low, vec3(x + reach, side, top));
     }
-}
-
-/// Adds floor, dashboard and seats, which are visible through an open door.
-fn interior(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
-    builder.object(INTERIOR).material(Material::Plastic);
-    let (half, height) = (measure.body_m * 0.5, measure.size_m.z);
-    let cuts = shape.door_cuts();
-    let (front, rear) = (cuts[0].0, cuts[cuts.len() - 1].1);
-    let floor = shape.clearance_m + 0.10;
-    let belt = shape.belt(front) * height;
-    let x = |fraction: f32| measure.at(fraction);
-    builder.block(
-        vec3(x(rear + 0.03), -half * 0.9, floor - 0.04),
-        vec3(x(front - 0.03), half * 0.9, floor),
-    );
-    builder.block(
-        vec3(x(front + 0.035), -half * 0.86, belt - 0.22),
-        vec3(x(front - 0.01), half * 0.86, belt),
-    );
-    let seats: &[f32] = if cuts.len() > 1 { &[0.62, 0.55] } else { &[0.62] };
-    for ((from, to), back) in cuts.iter().zip(seats) {
-        let seat = x(from + (to - from) * back);
-        for y in [half * 0.45, -half * 0.45] {
-            builder.tinted(Material::Cloth, [70, 66, 62]);
-            builder.block(
-                vec3(seat - 0.10, y - 0.23, floor),
-                vec3(seat + 0.42, y + 0.23, floor + 0.32),
-            );
-            let lean = Quat::from_rotation_y(-0.3);
-            builder.block_at(vec3(seat - 0.16, y, floor + 0.58), vec3(0.06, 0.22, 0.34), lean);
-        }
-    }
-    builder.material(Material::LampInterior);
-    let roof = shape.top((front + rear) * 0.5) * height - 0.06;
-    builder.block(
-        vec3(x((front + rear) * 0.5) - 0.06, -0.08, roof - 0.02),
-        vec3(x((front + rear) * 0.5) + 0.06, 0.08, roof),
-    );
 }
 
 /// Returns the cross sections at which the body is cut, tail first.

@@ -4,7 +4,10 @@ use glam::{Vec3, vec3};
 use mesh::Material;
 
 use crate::{
-    catalogue::profile::{Measure, SHELL, Silhouette},
+    catalogue::{
+        cage::Surface,
+        profile::{Measure, SHELL, Silhouette},
+    },
     mesh_builder::MeshBuilder,
 };
 
@@ -13,6 +16,7 @@ pub(super) fn mirrors_and_handles(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
     measure: &Measure,
+    surface: Option<&Surface>,
 ) {
     let belt = |fraction: f32| shape.belt(fraction) * measure.size_m.z;
     let (half, full) = (measure.body_m * 0.5, measure.size_m.y * 0.5);
@@ -54,7 +58,18 @@ pub(super) fn mirrors_and_handles(
         for (door, (_, to)) in cuts.iter().enumerate() {
             builder.object(object(door)).material(Material::Metal);
             let (x, z) = (measure.at(to - 0.035), belt(*to) - 0.10);
-            builder.block(vec3(x - 0.09, y0, z), vec3(x + 0.09, y1, z + 0.03));
+            let hit = surface.and_then(|skin| {
+                let from = vec3(x, 0.0, z);
+                skin.cast(from, Vec3::Y * side)
+            });
+            let Some((at, _)) = hit else {
+                builder.block(vec3(x - 0.09, y0, z), vec3(x + 0.09, y1, z + 0.03));
+                continue;
+            };
+            // A bow handle: a bar with both ends in the door.
+            let out = Vec3::Y * side;
+            let bow = [(-0.095, -0.02), (-0.08, 0.022), (0.08, 0.022), (0.095, -0.02)];
+            builder.pipe(&bow.map(|(dx, dy)| at + Vec3::X * dx + out * dy), 0.012, 6);
         }
     }
     builder.object(if cuts.is_empty() { 0 } else { SHELL });

@@ -200,7 +200,11 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
             let (from, _) = cuts[number / 2];
             let side = if number % 2 == 0 { 1.0 } else { -1.0 };
             let half = measure.body_m * 0.5 * shape.plan(from);
-            let hinge_m = vec3(measure.at(from), side * half * 0.97, 0.0);
+            let front = match shape.cage {
+                Some(text) => car::door_front(text, &measure, number as u32),
+                None => vec3(measure.at(from), side * half, 0.0),
+            };
+            let hinge_m = vec3(front.x, front.y * 0.97, 0.0);
             let motion = Motion::Door {
                 number: number as u32,
                 hinge_m,
@@ -226,10 +230,10 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
                 Extra::Police(rgb) => Livery { upper: None, doors: Some(rgb) },
                 _ => Livery::default(),
             };
-            car::body(&mut builder, shape, &measure, livery);
-            trim::fit(&mut builder, shape, &measure, trim);
+            let surface = car::body(&mut builder, shape, &measure, livery, number);
+            trim::fit(&mut builder, shape, &measure, trim, surface.as_ref(), number);
         }
-        Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure),
+        Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure, number),
         Build::Bike(bike) => {
             two_wheels::body(&mut builder, bike, &measure);
             return builder.mesh;
@@ -238,7 +242,7 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
     let mut mesh = fitted(builder.mesh, blueprint);
     for (one, joint) in blueprint.wheels.iter().zip(1..) {
         let mut builder = MeshBuilder::new(blueprint.tag, mesh::Material::Rubber, joint);
-        wheel::car_wheel(&mut builder, one, 18);
+        wheel::car_wheel(&mut builder, one, 24, number);
         mesh.append(&builder.mesh);
     }
     mesh

@@ -1,11 +1,11 @@
 use mesh::{Face, Mesh};
 
-use crate::catalogue::rig::{INTERIOR, Motion, Rig};
+use crate::catalogue::rig::{Motion, OCCUPANTS, Rig};
 
 /// The meshes of a blueprint.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Geometry {
-    /// The whole mesh at rest, with closed doors.
+    /// The whole mesh at rest, with closed doors and without occupants, as vehicles are parked.
     pub whole: Mesh,
     /// One mesh for each joint of the rig, in actor space at rest.
     pub pieces: Vec<Mesh>,
@@ -13,7 +13,7 @@ pub struct Geometry {
 
 impl Geometry {
     /// Splits a mesh whose faces name their joints as their objects. The piece of a `Shut` joint is
-    /// the shell together with its doors.
+    /// the shell together with its doors; occupants belong to the body, shut or ajar.
     pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Geometry {
         if rig.joints.len() == 1 {
             let mut whole = mesh;
@@ -23,6 +23,7 @@ impl Geometry {
         let motion = |object: u32| rig.joints.get(object as usize).map(|joint| &joint.motion);
         let is_shell = |object: u32| {
             matches!(motion(object), Some(Motion::Ajar | Motion::Shut | Motion::Door { .. }))
+                || object == OCCUPANTS
         };
         let pieces = rig
             .joints
@@ -30,11 +31,14 @@ impl Geometry {
             .zip(0..)
             .map(|(joint, number)| match joint.motion {
                 Motion::Shut => part(&mesh, is_shell),
-                Motion::Ajar => part(&mesh, |object| object == number || object == INTERIOR),
+                Motion::Ajar => part(&mesh, |object| object == number || object == OCCUPANTS),
+                Motion::Still if number == 0 => {
+                    part(&mesh, |object| object == 0 || object == OCCUPANTS)
+                }
                 _ => part(&mesh, |object| object == number),
             })
             .collect();
-        Geometry { whole: part(&mesh, |object| object != INTERIOR), pieces }
+        Geometry { whole: part(&mesh, |object| object != OCCUPANTS), pieces }
     }
 }
 

@@ -66,6 +66,7 @@ const CAB: Silhouette = Silhouette {
     clearance_m: 0.34,
     doors: 2,
     is_angular: false,
+    cage: None,
 };
 
 /// A cab with a bonnet, as on vans.
@@ -88,6 +89,7 @@ const SNOUT: Silhouette = Silhouette {
     clearance_m: 0.24,
     doors: 2,
     is_angular: false,
+    cage: None,
 };
 
 /// The part of the vehicle that is lofted, and its dimensions.
@@ -103,24 +105,24 @@ pub(super) fn cab<'a>(heavy: &Heavy, measure: &Measure<'a>) -> (&'static Silhoue
 }
 
 /// Builds the body, without wheels.
-pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure) {
+pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure, number: usize) {
     let (shape, front) = cab(heavy, measure);
     let livery = match heavy.load {
         Load::Box(_, _, Material::CarPaint) => Livery { upper: Some([232, 230, 226]), doors: None },
         Load::Fire(..) => Livery { upper: Some([236, 234, 230]), doors: None },
         _ => Livery::default(),
     };
-    car::body(builder, shape, &front, livery);
+    car::body(builder, shape, &front, livery, number);
     let trim = match heavy.load {
         Load::Seats => Trim(Lamps::Wide, Grille::Bare, Tail::Upright, Extra::Nothing),
         Load::Bay(..) => Trim(Lamps::Tall, Grille::Frame, Tail::Upright, Extra::Nothing),
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {
-        trim::fit(builder, shape, &front, &trim);
+        trim::fit(builder, shape, &front, &trim, None, number);
         return seats(builder, measure);
     }
-    trim::front(builder, shape, &front, &trim);
+    trim::front(builder, shape, &front, &trim, None, number);
     let rear = front.nose_m - front.size_m.x;
     chassis(builder, measure, rear);
     match heavy.load {

@@ -41,6 +41,9 @@ pub(super) struct Silhouette {
     pub(super) doors: u8,
     /// Whether straight lines connect the points of the tables.
     pub(super) is_angular: bool,
+    /// The control cage of the body, a text of the form that [`cage`](super::cage) reads; `None`
+    /// for a body that is lofted over the tables.
+    pub(super) cage: Option<&'static str>,
 }
 
 /// The dimensions of a vehicle, and its wheels.

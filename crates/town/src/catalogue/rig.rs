@@ -7,8 +7,8 @@ use super::{
     skeleton::{BODY_BONES, Skeleton},
 };
 
-/// The object of faces that are visible only while a door is open.
-pub(crate) const INTERIOR: u32 = 1000;
+/// The object of driver and passengers, whom a parked vehicle lacks.
+pub(crate) const OCCUPANTS: u32 = 1000;
 
 /// The joints of a blueprint.
 #[derive(Clone, Debug, PartialEq)]

@@ -49,12 +49,13 @@ pub(super) const SEDAN: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.70,
-    windows: (0.30, 0.80),
+    windows: (0.3, 0.80),
     pillars: &[0.505, 0.70],
     mirror: 0.32,
     clearance_m: 0.17,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/sedan.obj")),
 };
 pub(super) const COUPE: Silhouette = Silhouette {
     top: &[
@@ -89,6 +90,7 @@ pub(super) const COUPE: Silhouette = Silhouette {
     clearance_m: 0.14,
     doors: 2,
     is_angular: false,
+    cage: Some(include_str!("cages/coupe.obj")),
 };
 pub(super) const HATCHBACK: Silhouette = Silhouette {
     top: &[
@@ -117,12 +119,13 @@ pub(super) const HATCHBACK: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.74,
-    windows: (0.265, 0.88),
+    windows: (0.317, 0.88),
     pillars: &[0.50, 0.73],
     mirror: 0.29,
     clearance_m: 0.17,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/hatchback.obj")),
 };
 pub(super) const SUV: Silhouette = Silhouette {
     top: &[
@@ -151,12 +154,13 @@ pub(super) const SUV: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.77,
-    windows: (0.28, 0.92),
+    windows: (0.296, 0.92),
     pillars: &[0.49, 0.70],
     mirror: 0.30,
     clearance_m: 0.22,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/suv.obj")),
 };
 pub(super) const OFF_ROADER: Silhouette = Silhouette {
     top: &[
@@ -181,6 +185,7 @@ pub(super) const OFF_ROADER: Silhouette = Silhouette {
     clearance_m: 0.26,
     doors: 4,
     is_angular: true,
+    cage: None,
 };
 pub(super) const BUBBLE: Silhouette = Silhouette {
     top: &[
@@ -198,12 +203,13 @@ pub(super) const BUBBLE: Silhouette = Silhouette {
     belt: &[(0.0, 0.30), (0.03, 0.44), (0.1, 0.52), (0.9, 0.58), (0.98, 0.52), (1.0, 0.38)],
     plan: ROUND_PLAN,
     roof: 0.74,
-    windows: (0.16, 0.84),
+    windows: (0.337, 0.84),
     pillars: &[0.56],
     mirror: 0.20,
     clearance_m: 0.15,
     doors: 2,
     is_angular: false,
+    cage: Some(include_str!("cages/bubble.obj")),
 };
 pub(super) const WEDGE: Silhouette = Silhouette {
     top: &[
@@ -227,6 +233,7 @@ pub(super) const WEDGE: Silhouette = Silhouette {
     clearance_m: 0.32,
     doors: 4,
     is_angular: true,
+    cage: None,
 };
 pub(super) const VAN: Silhouette = Silhouette {
     top: &[
@@ -251,6 +258,7 @@ pub(super) const VAN: Silhouette = Silhouette {
     clearance_m: 0.20,
     doors: 2,
     is_angular: false,
+    cage: None,
 };
 pub(super) const MICROBUS: Silhouette = Silhouette {
     top: &[
@@ -275,6 +283,7 @@ pub(super) const MICROBUS: Silhouette = Silhouette {
     clearance_m: 0.20,
     doors: 2,
     is_angular: false,
+    cage: None,
 };
 pub(super) const COACH: Silhouette = Silhouette {
     top: &[
@@ -299,6 +308,7 @@ pub(super) const COACH: Silhouette = Silhouette {
     clearance_m: 0.28,
     doors: 0,
     is_angular: false,
+    cage: None,
 };
 
 /// A long classic saloon: bonnet and boot of the same height, an upright cabin between them.
@@ -345,6 +355,7 @@ pub(super) const CLASSIC: Silhouette = Silhouette {
     clearance_m: 0.19,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/classic.obj")),
 };
 /// A fastback with a short tail and a long bonnet.
 pub(super) const FASTBACK: Silhouette = Silhouette {
@@ -391,6 +402,7 @@ pub(super) const FASTBACK: Silhouette = Silhouette {
     clearance_m: 0.16,
     doors: 2,
     is_angular: false,
+    cage: Some(include_str!("cages/fastback.obj")),
 };
 /// A sports coupe with a domed roof.
 pub(super) const DOME: Silhouette = Silhouette {
@@ -421,12 +433,13 @@ pub(super) const DOME: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.64,
-    windows: (0.31, 0.72),
+    windows: (0.329, 0.72),
     pillars: &[0.585],
     mirror: 0.335,
     clearance_m: 0.14,
     doors: 2,
     is_angular: false,
+    cage: Some(include_str!("cages/dome.obj")),
 };
 /// A saloon whose roof slopes down to a high tail in one line.
 pub(super) const LIFTBACK: Silhouette = Silhouette {
@@ -458,12 +471,13 @@ pub(super) const LIFTBACK: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.70,
-    windows: (0.245, 0.82),
+    windows: (0.288, 0.82),
     pillars: &[0.475, 0.685],
     mirror: 0.275,
     clearance_m: 0.16,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/liftback.obj")),
 };
 /// A small upright car with short overhangs and a flat roof.
 pub(super) const BRICK: Silhouette = Silhouette {
@@ -502,12 +516,13 @@ pub(super) const BRICK: Silhouette = Silhouette {
         (1.0, 0.84),
     ],
     roof: 0.80,
-    windows: (0.295, 0.93),
+    windows: (0.297, 0.93),
     pillars: &[0.56],
     mirror: 0.315,
     clearance_m: 0.16,
     doors: 2,
     is_angular: false,
+    cage: Some(include_str!("cages/brick.obj")),
 };
 /// A tall family car with a short bonnet.
 pub(super) const MONOVOLUME: Silhouette = Silhouette {
@@ -537,12 +552,13 @@ pub(super) const MONOVOLUME: Silhouette = Silhouette {
     ],
     plan: ROUND_PLAN,
     roof: 0.76,
-    windows: (0.215, 0.91),
+    windows: (0.294, 0.91),
     pillars: &[0.47, 0.70],
     mirror: 0.265,
     clearance_m: 0.16,
     doors: 4,
     is_angular: false,
+    cage: Some(include_str!("cages/monovolume.obj")),
 };
 /// A jeep: flat bonnet, upright windscreen, straight sides.
 pub(super) const JEEP: Silhouette = Silhouette {
@@ -576,4 +592,21 @@ pub(super) const JEEP: Silhouette = Silhouette {
     clearance_m: 0.30,
     doors: 2,
     is_angular: true,
+    cage: None,
 };
+
+/// The silhouettes whose bodies are control cages.
+#[cfg(test)]
+pub(super) const CAGED: [&Silhouette; 11] = [
+    &SEDAN,
+    &LIFTBACK,
+    &HATCHBACK,
+    &MONOVOLUME,
+    &BRICK,
+    &SUV,
+    &COUPE,
+    &FASTBACK,
+    &DOME,
+    &CLASSIC,
+    &BUBBLE,
+];

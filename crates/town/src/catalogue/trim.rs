@@ -1,10 +1,11 @@
 //! The parts of a car's body that distinguish models: lamps, grille, plates, additions.
 
 use glam::{Vec3, vec3};
-use mesh::Material;
+use mesh::{Material, RandomStream};
 
 use crate::{
     catalogue::{
+        cage::Surface,
         fittings,
         profile::{Measure, Silhouette, Skin},
     },
@@ -112,6 +113,8 @@ struct End<'a> {
     shape: &'a Silhouette,
     measure: &'a Measure<'a>,
     is_front: bool,
+    /// The body, if it is made from a control cage: parts follow it.
+    surface: Option<&'a Surface>,
 }
 
 impl End<'_> {
@@ -143,10 +146,85 @@ impl End<'_> {
         ([self.measure.at(from_end(depth)), u * half * 0.985], [forward * ahead / sum, aside / sum])
     }
 
+    /// How far lamps rise from the middle to the corner. Metres.
+    fn rise(&self, u: f32) -> f32 {
+        let most = if self.is_front { 0.05 } else { 0.02 };
+        (u - 0.5).max(0.0) * most * 2.0
+    }
+
+    /// Adds a band round the end that narrows towards both of its ends.
+    fn cover(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2], out: f32) {
+        let steps = 8;
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let t = step as f32 / steps as f32;
+            let fraction = u[0] + (u[1] - u[0]) * t;
+            let lift = self.rise(fraction);
+            // An ellipse of fourth degree, a rectangle with rounded corners.
+            let open = (1.0 - (2.0 * t - 1.0).powi(4)).sqrt().max(0.25);
+            let middle = (z[0] + z[1]) * 0.5 + lift;
+            (0..4)
+                .map(|row| {
+                    let z = middle + (z[1] - z[0]) * (row as f32 / 3.0 - 0.5) * open;
+                    self.round(side, fraction, z)
+                })
+                .collect()
+        };
+        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
+            self.shell(builder, &grid, out);
+        }
+    }
+
+    fn forward(&self) -> f32 {
+        if self.is_front { 1.0 } else { -1.0 }
+    }
+
+    /// The point of the body at the end, seen along x, `y` beside the middle.
+    fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
+        self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
+    }
+
+    /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
+    fn round(&self, side: f32, u: f32, z: f32) -> Option<(Vec3, Vec3)> {
+        let half = self.measure.body_m * 0.5;
+        let end = if self.is_front { 0.0 } else { self.measure.size_m.x };
+        let from = vec3(self.measure.nose_m - end - self.forward() * half, 0.0, z);
+        let (sin, cos) = (u * 1.12 * std::f32::consts::FRAC_PI_4).sin_cos();
+        self.surface?.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
+    }
+
+    /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
+    /// end below the body.
+    fn shell(&self, builder: &mut MeshBuilder, grid: &[Vec<(Vec3, Vec3)>], out: f32) {
+        let rings: Vec<Vec<Vec3>> = grid
+            .iter()
+            .map(|line| {
+                let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
+                let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
+                lifted.chain(sunk).collect()
+            })
+            .collect();
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+
     /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
     /// width and two heights.
     fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
-        let steps = 5;
+        let steps = if self.surface.is_some() { 8 } else { 5 };
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
+            // Lamps rise and narrow towards the sides.
+            let lift = self.rise(fraction);
+            (0..4)
+                .map(|row| {
+                    let z = z[0] + (z[1] - z[0]) * row as f32 / 3.0;
+                    self.round(side, fraction, z + lift)
+                })
+                .collect()
+        };
+        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, OUT_M * 0.8);
+        }
         let rings: Vec<Vec<Vec3>> = (0..=steps)
             .map(|step| {
                 let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
@@ -167,8 +245,9 @@ impl End<'_> {
     /// Adds a forward-facing disc that protrudes by this distance.
     fn disc(&self, builder: &mut MeshBuilder, side: f32, [u, z]: [f32; 2], radius: f32, out: f32) {
         let ([x, y], _) = self.place(u);
-        let forward = if self.is_front { 1.0 } else { -1.0 };
+        let forward = self.forward();
         let at = vec3(x, y * side, z);
+        let at = self.ahead(u * self.measure.body_m * 0.5 * side, z).map_or(at, |hit| hit.0);
         builder.cone(
             at - Vec3::X * 0.10 * forward,
             at + Vec3::X * forward * out,
@@ -179,6 +258,13 @@ impl End<'_> {
 
     /// Adds an upright plate across the middle that protrudes slightly.
     fn plate(&self, builder: &mut MeshBuilder, half: f32, z: [f32; 2], out: f32) {
+        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+            let y = half * (step as f32 / 4.0 - 1.0);
+            (0..4).map(|row| self.ahead(y, z[0] + (z[1] - z[0]) * row as f32 / 3.0)).collect()
+        };
+        if let Some(grid) = (0..=8).map(line).collect::<Option<Vec<_>>>() {
+            return self.shell(builder, &grid, out);
+        }
         let x = self.place(0.0).0[0];
         let forward = if self.is_front { 1.0 } else { -1.0 };
         let (a, b) = (x - forward * 0.05, x + forward * out);
@@ -187,10 +273,17 @@ impl End<'_> {
 }
 
 /// Adds everything but mirrors and handles.
-pub(super) fn fit(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, trim: &Trim) {
-    front(builder, shape, measure, trim);
-    rear(builder, shape, measure, trim);
-    extra(builder, shape, measure, trim.3);
+pub(super) fn fit(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    trim: &Trim,
+    surface: Option<&Surface>,
+    number: usize,
+) {
+    front(builder, shape, measure, trim, surface, number);
+    rear(builder, shape, measure, trim, surface, number);
+    extra(builder, shape, measure, trim.3, surface);
 }
 
 /// Adds the front end only.
@@ -199,10 +292,13 @@ pub(super) fn front(
     shape: &Silhouette,
     measure: &Measure,
     Trim(lamps, grille, ..): &Trim,
+    surface: Option<&Surface>,
+    number: usize,
 ) {
-    let end = End { shape, measure, is_front: true };
+    let end = End { shape, measure, is_front: true, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
-    let top = shape.top(0.008) * height - 0.012;
+    let sink = if surface.is_some() { 0.03 } else { 0.012 };
+    let top = shape.top(if surface.is_some() { 0.02 } else { 0.008 }) * height - sink;
     let low = shape.clearance_m + 0.06;
     let tall = top - low;
     let (from, to) = match lamps {
@@ -217,6 +313,12 @@ pub(super) fn front(
         match lamps {
             Lamps::Slim | Lamps::Wide | Lamps::Tall => {
                 let inner = if *lamps == Lamps::Tall { 0.62 } else { 0.48 };
+                if surface.is_some() {
+                    cluster(builder, &end, side, inner, [from, to], indicator);
+                    builder.material(Material::LampFog);
+                    end.disc(builder, side, [0.66, low + tall * 0.13], 0.036, OUT_M);
+                    continue;
+                }
                 builder.material(Material::LampHigh);
                 end.wrap(builder, side, [inner, inner + 0.12], [from, to]);
                 builder.material(Material::LampWhite);
@@ -260,6 +362,10 @@ pub(super) fn front(
         end.plate(builder, half_width, z, 0.004)
     };
     match grille {
+        Grille::Bare if surface.is_some() => {
+            builder.material(Material::Plastic);
+            span(builder, half * 0.50, [low + 0.01, low + tall * 0.16]);
+        }
         Grille::Bare => {}
         Grille::Wide => {
             builder.material(Material::Plastic);
@@ -326,8 +432,33 @@ pub(super) fn front(
             }
         }
     }
-    builder.material(Material::Sign);
-    end.plate(builder, 0.26, [low + tall * 0.10, low + tall * 0.10 + 0.11], OUT_M);
+    number_plate(builder, &end, low + tall * 0.10, number);
+}
+
+/// Adds a head lamp under a dark cover: projectors, and a band of light that is the indicator at the
+/// corner.
+fn cluster(
+    builder: &mut MeshBuilder,
+    end: &End,
+    side: f32,
+    inner: f32,
+    [from, to]: [f32; 2],
+    indicator: Material,
+) {
+    let tall = to - from;
+    builder.tinted(Material::Glass, [20, 21, 24]);
+    end.cover(builder, side, [inner, 1.14], [from, to], 0.009);
+    builder.material(Material::LampWhite);
+    end.cover(builder, side, [inner + 0.04, 0.96], [to - tall * 0.30, to - tall * 0.10], 0.016);
+    builder.material(indicator);
+    end.cover(builder, side, [0.97, 1.10], [to - tall * 0.30, to - tall * 0.10], 0.016);
+    let middle = from + tall * 0.38;
+    for (u, material) in [(0.62, Material::LampHigh), (0.84, Material::LampWhite)] {
+        let half = (tall * 0.26).min(0.05);
+        builder.material(material);
+        let u = u + (inner - 0.48) * 0.7;
+        end.cover(builder, side, [u - half, u + half], [middle - half, middle + half], 0.018);
+    }
 }
 
 fn rear(
@@ -335,10 +466,13 @@ fn rear(
     shape: &Silhouette,
     measure: &Measure,
     Trim(_, _, tail, _): &Trim,
+    surface: Option<&Surface>,
+    number: usize,
 ) {
-    let end = End { shape, measure, is_front: false };
+    let end = End { shape, measure, is_front: false, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
-    let top = shape.top(0.990) * height - 0.012;
+    let sink = if surface.is_some() { 0.05 } else { 0.012 };
+    let top = shape.top(0.990) * height - sink;
     let low = shape.clearance_m + 0.06;
     let tall = (top - low).min(0.75);
     let upright = *tail == Tail::Upright;
@@ -390,10 +524,10 @@ fn rear(
         end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
     }
     builder.material(Material::Plastic);
-    end.plate(builder, half * 0.66, [low - 0.02, low + tall * 0.20], 0.004);
-    builder.material(Material::Sign);
+    let lip = if surface.is_some() { 0.03 } else { -0.02 };
+    end.plate(builder, half * 0.66, [low + lip, low + tall * 0.20], 0.004);
     let z = low + tall * if upright { 0.24 } else { 0.34 };
-    end.plate(builder, 0.26, [z, z + 0.11], OUT_M);
+    number_plate(builder, &end, z, number);
     if shape.is_angular || upright {
         return;
     }
@@ -404,7 +538,71 @@ fn rear(
     }
 }
 
-fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra: Extra) {
+/// Adds a number plate with six characters, whose lower edge is at `z`.
+fn number_plate(builder: &mut MeshBuilder, end: &End, z: f32, number: usize) {
+    let forward = end.forward();
+    let front =
+        [z + 0.02, z + 0.055, z + 0.09].map(|z| end.ahead(0.0, z).map(|hit| hit.0.x * forward));
+    let middle = front.iter().flatten().copied().reduce(f32::max);
+    let x = middle.unwrap_or(end.place(0.0).0[0] * forward) * forward + forward * OUT_M * 0.6;
+    builder.material(Material::Sign);
+    let back = x - forward * 0.05;
+    builder.block(vec3(x.min(back), -0.26, z), vec3(x.max(back), 0.26, z + 0.11));
+    builder.tinted(Material::Plastic, [16, 18, 24]);
+    let x = x + forward * 0.003;
+    let mut random = RandomStream::named(0x91a7e, number as u64);
+    for place in 0..6 {
+        let glyph =
+            if place < 2 { LETTERS[random.below(LETTERS.len())] } else { DIGITS[random.below(10)] };
+        // Seen from ahead, the text runs towards the vehicle's left, and from behind to its right.
+        let left = (place as f32 - 2.5) * 0.072 + if place < 2 { -0.012 } else { 0.012 };
+        for (bit, [from, to]) in STROKES.iter().enumerate() {
+            if glyph >> bit & 1 == 0 {
+                continue;
+            }
+            let corner = |u: f32, v: f32| vec3(x, (left + u) * forward, z + 0.055 + v);
+            let (a, b) = (from.map(|c| c * 0.026), to.map(|c| c * 0.026));
+            let low = [a[0].min(b[0]) - 0.005, a[1].min(b[1]) - 0.005];
+            let high = [a[0].max(b[0]) + 0.005, a[1].max(b[1]) + 0.005];
+            builder.quad([
+                corner(low[0], low[1]),
+                corner(high[0], low[1]),
+                corner(high[0], high[1]),
+                corner(low[0], high[1]),
+            ]);
+        }
+    }
+}
+
+/// The seven strokes of a character, from and to in half widths: top, both upper sides, middle,
+/// both lower sides, bottom.
+const STROKES: [[[f32; 2]; 2]; 7] = [
+    [[-0.7, 1.3], [0.7, 1.3]],
+    [[-0.7, 0.0], [-0.7, 1.3]],
+    [[0.7, 0.0], [0.7, 1.3]],
+    [[-0.7, 0.0], [0.7, 0.0]],
+    [[-0.7, -1.3], [-0.7, 0.0]],
+    [[0.7, -1.3], [0.7, 0.0]],
+    [[-0.7, -1.3], [0.7, -1.3]],
+];
+/// The strokes of the digits, one bit each.
+const DIGITS: [u8; 10] = [
+    0b111_0111, 0b010_0100, 0b101_1101, 0b110_1101, 0b010_1110, 0b110_1011, 0b111_1011, 0b010_0101,
+    0b111_1111, 0b110_1111,
+];
+/// The strokes of A, C, E, F, H, J, L, P and U.
+const LETTERS: [u8; 9] = [
+    0b011_1111, 0b101_0011, 0b101_1011, 0b001_1011, 0b011_1110, 0b111_0100, 0b101_0010, 0b001_1111,
+    0b111_0110,
+];
+
+fn extra(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    extra: Extra,
+    surface: Option<&Surface>,
+) {
     let (length, height) = (measure.size_m.x, measure.size_m.z);
     let half = measure.body_m * 0.5;
     let (roof_from, roof_to) = (shape.windows.0 + 0.10, shape.windows.1 - 0.06);
@@ -447,6 +645,17 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
         }
         Extra::Spoiler => {
             builder.material(Material::CarPaint);
+            let pane = shape.top.iter().rev().find(|point| point.2 == Skin::Pane);
+            if let (Some(pane), Some(skin)) = (pane, surface) {
+                // A lip at the end of the roof.
+                let x = measure.at(pane.0) + 0.06;
+                let Some((at, _)) = skin.cast(vec3(x, half * 0.45, 0.3), Vec3::Z) else { return };
+                builder.block(
+                    vec3(x - 0.20, -half * 0.52, at.z - 0.03),
+                    vec3(x, half * 0.52, at.z + 0.004),
+                );
+                return;
+            }
             let fraction = 0.955;
             let (x, z) = (measure.at(fraction), shape.top(fraction) * height);
             builder.block(
@@ -477,9 +686,13 @@ fn extra(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, extra
                     let is_glass = shape.top.windows(2).any(|pair| {
                         pair[0].2 == Skin::Pane && fraction > pair[0].0 && fraction < pair[1].0
                     });
-                    let z = shape.top(fraction) * height + 0.004;
                     let x = measure.at(fraction);
-                    let here = (vec3(x, y + half * 0.10, z), vec3(x, y - half * 0.10, z));
+                    let at = |y: f32| {
+                        let hit = surface.and_then(|skin| skin.cast(vec3(x, y, 0.3), Vec3::Z));
+                        let z = hit.map_or(shape.top(fraction) * height, |(at, _)| at.z);
+                        vec3(x, y, z + 0.004)
+                    };
+                    let here = (at(y + half * 0.10), at(y - half * 0.10));
                     if let Some(last) = before.filter(|_| !is_glass) {
                         builder.quad([here.0, here.1, last.1, last.0]);
                     }

@@ -1,58 +1,74 @@
 use std::f32::consts::TAU;
 
-use glam::{Quat, Vec3, vec3};
+use glam::{Vec3, vec3};
 use mesh::Material;
 
 use crate::{catalogue::blueprint::Wheel, mesh_builder::MeshBuilder};
 
-/// Adds a car's wheel: a tyre with rounded shoulders and a dished rim on both sides.
-pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32) {
+/// Adds a car's wheel: a tyre with rounded shoulders, a rim with a deep barrel, a brake disc, and
+/// spokes whose number `style` varies.
+pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, style: usize) {
     let (radius, half) = (wheel.radius_m, wheel.width_m * 0.5);
-    // (distance along the axle, radius, material of the band that starts here)
+    // (distance along the axle from the inner side, radius, material of the band that starts here)
     let profile = [
-        (-half * 0.55, 0.0, Material::Metal),
-        (-half * 0.75, radius * 0.60, Material::Metal),
-        (-half, radius * 0.66, Material::Rubber),
-        (-half, radius * 0.90, Material::Rubber),
-        (-half * 0.7, radius, Material::Rubber),
-        (half * 0.7, radius, Material::Rubber),
-        (half, radius * 0.90, Material::Rubber),
-        (half, radius * 0.66, Material::Metal),
-        (half * 0.75, radius * 0.60, Material::Metal),
-        (half * 0.55, 0.0, Material::Metal),
+        (-0.5, 0.0, Material::Plastic),
+        (-0.9, 0.60, Material::Rubber),
+        (-1.0, 0.74, Material::Rubber),
+        (-0.95, 0.92, Material::Rubber),
+        (-0.70, 1.0, Material::Rubber),
+        (0.70, 1.0, Material::Rubber),
+        (0.95, 0.92, Material::Rubber),
+        (1.0, 0.78, Material::Rubber),
+        (0.93, 0.70, Material::Metal),
+        (0.90, 0.66, Material::Metal),
+        (0.20, 0.60, Material::Plastic),
+        (0.18, 0.0, Material::Plastic),
     ];
+    let out = if wheel.position_m.y < 0.0 { -1.0 } else { 1.0 };
+    let at = |angle: f32, reach: f32, along: f32| {
+        let (sin, cos) = angle.sin_cos();
+        wheel.position_m + vec3(cos * reach * radius, out * along * half, sin * reach * radius)
+    };
     let rings: Vec<Vec<Vec3>> = profile
         .iter()
         .map(|(along, reach, _)| {
-            (0..sides)
-                .map(|side| {
-                    let angle = -TAU * side as f32 / sides as f32;
-                    let around = vec3(angle.cos(), 0.0, angle.sin()) * *reach;
-                    wheel.position_m + vec3(0.0, *along, 0.0) + around
-                })
-                .collect()
+            let angle = |side: u32| -out * TAU * side as f32 / sides as f32;
+            (0..sides).map(|side| at(angle(side), *reach, *along)).collect()
         })
         .collect();
-    builder.material(Material::Metal);
-    builder.loft(&rings, |band, _| profile.get(band).map(|point| point.2));
-    // Holes between the spokes on the outer side make rotation visible.
-    let out = if wheel.position_m.y < 0.0 { -1.0 } else { 1.0 };
-    builder.material(Material::Rubber);
-    for hole in 0..5 {
-        let angle = TAU * hole as f32 / 5.0;
-        let turn = Quat::from_rotation_y(angle);
-        let at = |along: f32, up: f32, deep: f32| {
-            wheel.position_m + turn * vec3(along * radius, out * half * deep, up * radius)
+    builder.material(Material::Plastic);
+    builder.solid(|builder| builder.loft(&rings, |band, _| profile.get(band).map(|p| p.2)));
+    builder.tinted(Material::Metal, [120, 122, 124]);
+    builder.solid(|builder| builder.rod(at(0.0, 0.0, 0.2), at(0.0, 0.0, 0.36), radius * 0.42, 16));
+    let (spokes, wide): (u32, f32) = [(5, 0.15), (10, 0.065), (7, 0.10), (5, 0.10)][style % 4];
+    let dark = style % 5 == 2;
+    for spoke in 0..spokes {
+        let middle = TAU * spoke as f32 / spokes as f32;
+        if dark {
+            builder.tinted(Material::Metal, [46, 47, 50]);
+        } else {
+            builder.material(Material::Metal);
+        }
+        // Rings across the spoke, from the hub to the rim.
+        let ring = |reach: f32, wide: f32, face: f32| -> Vec<Vec3> {
+            let turn = (wide / reach).atan();
+            vec![
+                at(middle - turn, reach, face - 0.28),
+                at(middle - turn * 0.8, reach, face),
+                at(middle + turn * 0.8, reach, face),
+                at(middle + turn, reach, face - 0.28),
+            ]
         };
-        let face = [
-            at(-0.06, 0.20, 0.66),
-            at(0.06, 0.20, 0.66),
-            at(0.17, 0.54, 0.80),
-            at(-0.17, 0.54, 0.80),
-        ];
-        let [a, b, c, d] = face;
-        builder.quad(if out < 0.0 { [a, b, c, d] } else { [d, c, b, a] });
+        builder.solid(|builder| {
+            let rings = [
+                ring(0.12, wide.min(0.07), 0.72),
+                ring(0.40, wide * 0.8, 0.82),
+                ring(0.68, wide, 0.90),
+            ];
+            builder.loft(&rings, |_, _| None);
+        });
     }
+    builder.solid(|builder| builder.rod(at(0.0, 0.0, 0.2), at(0.0, 0.0, 0.76), radius * 0.15, 12));
 }
 
 /// Adds the wheel of a two-wheeler: a tyre as a ring, and crossed spokes.

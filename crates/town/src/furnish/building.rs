@@ -6,8 +6,9 @@ use mesh::{Material, RandomStream, Tag};
 
 use crate::{
     furnish::{
+        facade::{self, Fineness, Frame, Look, Side, Suits},
         roof,
-        window::{Wall, Windows},
+        window::Wall,
     },
     mesh_builder::MeshBuilder,
     static_world::Detail,
@@ -39,20 +40,12 @@ pub(super) struct House {
     /// Half of its width along the street and of its depth. Metres.
     pub(super) half: [f32; 2],
     pub(super) floors: u32,
+    /// What the walls are made of.
     pub(super) facade: Material,
+    /// The style and the colours of the façades; `None` in low detail and on unfinished buildings.
+    pub(super) look: Option<Look>,
     pub(super) detail: Detail,
 }
-
-/// Colours of the plaster of old buildings, sRGB.
-const PLASTER: [[u8; 3]; 7] = [
-    [214, 178, 112],
-    [224, 205, 168],
-    [196, 138, 108],
-    [208, 168, 152],
-    [172, 184, 152],
-    [228, 222, 208],
-    [184, 192, 200],
-];
 
 /// The height of a floor, and of a ground floor with shops. Metres.
 const FLOOR_M: f32 = 3.1;
@@ -72,20 +65,28 @@ impl House {
         }
     }
 
+    /// The kind of building that styles of façades suit.
+    pub(super) fn suits(&self) -> Option<Suits> {
+        Some(match self.style {
+            Style::Block => Suits::Block,
+            Style::Tower => Suits::Tower,
+            Style::Row => Suits::Row,
+            Style::Terrace => Suits::Terrace,
+            Style::Villa => Suits::Villa,
+            Style::Hall => Suits::Hall,
+            Style::Shell => return None,
+        })
+    }
+
     /// Builds the mesh.
     pub(super) fn model(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
         builder.paint(Tag::Building, self.facade);
-        if self.detail == Detail::Low {
-            return self.plain(builder, random);
-        }
-        match self.style {
-            Style::Block => self.block(builder, random),
-            Style::Tower => self.tower(builder, random),
-            Style::Row => self.row(builder, random),
-            Style::Terrace => self.terrace(builder, random),
-            Style::Villa => self.villa(builder, random),
-            Style::Hall => self.hall(builder, random),
-            Style::Shell => self.shell(builder, random),
+        match (&self.look, self.style) {
+            (_, Style::Shell) if self.detail != Detail::Low => self.shell(builder, random),
+            (Some(look), Style::Tower) => self.tower(builder, look, random),
+            (Some(look), Style::Villa) => self.villa(builder, look, random),
+            (Some(look), _) => self.house(builder, look, random),
+            (None, _) => self.plain(builder, random),
         }
     }
 
@@ -104,183 +105,159 @@ impl House {
             sill += FLOOR_M;
         }
         if matches!(self.style, Style::Row | Style::Terrace | Style::Villa) {
-            roof::pitched(builder, [x, y], eaves, random.between(0.6, 0.9), self.facade, false);
+            let cover = roof::Cover { gable: self.facade, look: None };
+            roof::pitched(builder, [x, y], eaves, random.between(0.6, 0.9), &cover, false);
         } else {
             builder.material(Material::RoofFlat);
             builder.block(vec3(-x - 0.2, -y - 0.2, eaves), vec3(x + 0.2, y + 0.2, eaves + 0.8));
         }
     }
 
-    fn block(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(builder, SHOP_M, eaves);
-        self.courses(builder, SHOP_M, eaves, random);
-        if random.chance(0.6) {
-            self.shops(builder, random);
-        } else {
-            self.entrance(builder, 0.0, 0.0, true);
-            self.windows(builder, 0.0, SHOP_M, Some(0.0), &[0]);
-        }
-        self.windows(builder, 0.0, SHOP_M, None, &[1, 2, 3]);
-        let ribbons = self.facade == Material::FacadeGlass
-            || self.facade == Material::FacadeConcrete && random.chance(0.5);
-        if ribbons {
-            self.bands(builder, self.half, SHOP_M, eaves);
-        } else {
-            self.windows(builder, SHOP_M, eaves, None, &[0, 1, 2, 3]);
-        }
-        roof::flat(builder, [x, y], eaves, random, self.detail);
-        if matches!(self.facade, Material::FacadeBrick | Material::FacadePlaster) {
-            self.balconies(builder, eaves, random);
+    /// Adds the footing below the ground.
+    fn footing(&self, builder: &mut MeshBuilder, look: &Look) {
+        let [x, y] = self.half;
+        look.plinth().apply(builder);
+        builder.block(vec3(-x - 0.05, -y - 0.05, -FOOTING_M), vec3(x + 0.05, y + 0.05, 0.02));
+    }
+
+    /// How finely the front, the sides and the back are built.
+    fn fineness(&self) -> [Fineness; 3] {
+        match self.detail {
+            Detail::High => [Fineness::Full; 3],
+            _ => [Fineness::Full, Fineness::Plain, Fineness::Flat],
         }
     }
 
-    fn tower(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let ([x, y], top) = (self.half, self.eaves_m());
-        self.walls(builder, SHOP_M, top * 0.3);
-        self.bands(builder, self.half, SHOP_M, top * 0.3);
-        self.entrance(builder, 0.0, 0.0, true);
-        let podium = House { floors: 1, ..self.clone() };
-        podium.shops(builder, random);
-        let mut step = [x, y];
+    /// Adds all four walls of a box; walls that touch those of neighbours are bare.
+    fn walls(
+        &self,
+        builder: &mut MeshBuilder,
+        look: &Look,
+        (half, height): ([f32; 2], f32),
+        random: &mut RandomStream,
+    ) {
+        let touching = matches!(self.style, Style::Row | Style::Terrace);
+        let [front, side, back] = self.fineness();
+        let starts =
+            [(Side::Front, front), (Side::Flank, side), (Side::Back, back), (Side::Flank, side)];
+        for (number, start) in starts.into_iter().enumerate() {
+            let frame = Frame::of_box(half, number);
+            if touching && start.0 == Side::Flank {
+                bare(builder, look, half, number, height);
+            } else {
+                facade::draw(builder, look, (frame, height), start, random);
+            }
+        }
+    }
+
+    fn house(&self, builder: &mut MeshBuilder, look: &Look, random: &mut RandomStream) {
+        let (half, eaves) = (self.half, self.eaves_m());
+        self.footing(builder, look);
+        self.walls(builder, look, (half, eaves), random);
+        self.roof(builder, look, eaves, random);
+    }
+
+    /// Adds the roof of the style.
+    fn roof(&self, builder: &mut MeshBuilder, look: &Look, eaves: f32, random: &mut RandomStream) {
+        let (half, rule) = (self.half, look.roof());
+        let Some([least, most]) = rule.pitch else {
+            roof::flat(builder, half, eaves, (random, self.detail), Some(look));
+            return;
+        };
+        let hipped = self.style == Style::Villa && random.chance(rule.hipped);
+        let pitch = random.between(least, most);
+        let cover = roof::Cover { gable: self.facade, look: Some(look) };
+        roof::pitched(builder, half, eaves, pitch, &cover, hipped);
+        roof::chimneys(builder, half, eaves, random, rule.chimneys);
+        if hipped {
+            return;
+        }
+        let slope = roof::Slope { half, eaves, pitch };
+        if random.chance(rule.dormers) {
+            slope.dormers(builder, look, random);
+        } else if random.chance(rule.skylights) {
+            slope.skylights(builder, random);
+        }
+        if random.chance(rule.solar) {
+            slope.solar(builder, random);
+        }
+        if random.chance(rule.antenna) {
+            slope.antenna(builder, random);
+        }
+    }
+
+    fn tower(&self, builder: &mut MeshBuilder, look: &Look, random: &mut RandomStream) {
+        let top = self.eaves_m();
+        self.footing(builder, look);
+        let mut half = self.half;
         let mut low = top * 0.3;
-        let cuts = [0.72, 0.9, 1.0];
-        for (index, cut) in cuts.into_iter().enumerate() {
-            roof::flat(builder, step, low, random, self.detail);
+        self.walls(builder, look, (half, low), random);
+        for (step, cut) in [0.72, 0.9, 1.0].into_iter().enumerate() {
+            roof::flat(builder, half, low, (random, self.detail), Some(look));
             let shrink = random.between(0.80, 0.93);
-            step = [step[0] * shrink, step[1] * shrink];
+            half = half.map(|half| half * shrink);
             let high = top * cut;
-            builder.material(self.facade);
-            builder.block(vec3(-step[0], -step[1], low), vec3(step[0], step[1], high));
-            self.bands(builder, step, low, high);
-            fins(builder, step, low, high, if self.detail == Detail::High { 1.8 } else { 3.6 });
+            for side in 0..4 {
+                let frame = Frame::of_box(half, side).raised(low);
+                // The far sides of a tower are seen as well as its front.
+                let fine = self.fineness()[usize::from(side != 0)];
+                facade::draw(builder, look, (frame, high - low), (Side::Flank, fine), random);
+            }
             low = high;
-            if index == 2 {
-                roof::flat(builder, step, high, random, self.detail);
+            if step == 2 {
+                roof::flat(builder, half, high, (random, self.detail), Some(look));
                 roof::mast(builder, high, random.between(6.0, 14.0));
             }
         }
     }
 
-    fn row(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
+    fn villa(&self, builder: &mut MeshBuilder, look: &Look, random: &mut RandomStream) {
         let ([x, y], eaves) = (self.half, self.eaves_m());
-        builder.material(Material::Concrete);
-        builder.block(vec3(-x, -y - 0.06, -FOOTING_M), vec3(x, y + 0.06, 0.6));
-        if self.facade == Material::FacadePlaster {
-            builder.tinted(self.facade, *random.pick(&PLASTER));
-        } else {
-            builder.material(self.facade);
-        }
-        builder.block(vec3(-x, -y, 0.58), vec3(x, y, eaves));
-        // A ledge above the shops, and a cornice below the roof.
-        builder.material(Material::Concrete);
-        for (z, out) in [(SHOP_M, 0.10), (eaves - 0.25, 0.28)] {
-            builder.block(vec3(-x, -y - out, z - 0.1), vec3(x, y + out, z + 0.14));
-        }
-        if random.chance(0.65) {
-            self.shops(builder, random);
-        } else {
-            let door = random.between(-0.5, 0.5) * (x - 1.2).max(0.0);
-            self.entrance(builder, door, 0.0, false);
-            self.windows(builder, 0.0, SHOP_M, Some(door), &[0]);
-        }
-        self.windows(builder, 0.0, SHOP_M, None, &[2]);
-        self.windows(builder, SHOP_M, eaves, None, &[0, 2]);
-        roof::pitched(builder, [x, y], eaves, random.between(0.8, 1.1), self.facade, false);
-        roof::chimneys(builder, [x, y], eaves, random, 2);
-        if random.chance(0.8) {
-            roof::dormers(builder, [x, y], eaves, random);
-        }
-        downpipe(builder, vec3(x - 0.25, y + 0.06, eaves));
-    }
-
-    fn terrace(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(builder, 0.5, eaves);
-        let door = random.between(-0.6, 0.6) * (x - 1.2).max(0.0);
-        self.entrance(builder, door, 0.5, false);
-        // Its side walls touch those of the neighbouring buildings.
-        self.windows(builder, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
-        self.windows(builder, 0.5 + FLOOR_M, eaves, None, &[0]);
-        self.windows(builder, 0.5, eaves, None, &[2]);
-        roof::pitched(builder, [x, y], eaves, random.between(0.65, 1.0), self.facade, false);
-        roof::chimneys(builder, [x, y], eaves, random, 1);
-        if random.chance(0.55) {
-            roof::dormers(builder, [x, y], eaves, random);
-        }
-        downpipe(builder, vec3(x - 0.25, y + 0.06, eaves));
-    }
-
-    fn villa(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let ([x, y], eaves) = (self.half, self.eaves_m());
-        let hipped = random.chance(0.4);
         // A projecting wing makes the plan an L.
-        let wing = random.chance(0.5);
-        self.walls(builder, 0.5, eaves);
-        roof::pitched(builder, [x, y], eaves, random.between(0.55, 0.85), self.facade, hipped);
-        roof::chimneys(builder, [x, y], eaves, random, 1);
-        let door = random.between(-0.5, 0.1) * x;
-        self.entrance(builder, door, 0.5, true);
-        self.windows(builder, 0.5, eaves, None, &[1, 2, 3]);
-        if !wing {
-            self.windows(builder, 0.5, 0.5 + FLOOR_M, Some(door), &[0]);
-            self.windows(builder, 0.5 + FLOOR_M, eaves, None, &[0]);
+        if !random.chance(0.45) {
+            return self.house(builder, look, random);
         }
-        if wing {
-            let (from, to) = (x * 0.35, x * 0.92);
-            builder.material(self.facade);
-            builder.block(vec3(from, y - 0.5, -FOOTING_M), vec3(to, y + 1.6, eaves - 0.35));
-            let front = Wall::new([0.0, y + 1.6], 0);
-            for floor in 0..self.floors {
-                let sill = 1.4 + FLOOR_M * floor as f32;
-                let middle = (from + to) * 0.5;
-                builder.material(Material::PaintWhite);
-                front.patch(
-                    builder,
-                    [middle - 0.85, middle + 0.85],
-                    [sill - 0.1, sill + 1.4],
-                    0.015,
-                );
-                builder.material(Material::Glass);
-                front.patch(builder, [middle - 0.75, middle + 0.75], [sill, sill + 1.3], 0.03);
-            }
-            builder.material(Material::RoofTiles);
-            let (left, right) = (from - 0.3, to + 0.3);
-            let (front, ridge) = (y + 1.95, eaves - 0.35 + (to - from) * 0.38);
-            roof::prism(builder, [left, right], [y - 1.5, front], eaves - 0.35, ridge);
+        self.footing(builder, look);
+        let [front, side, back] = self.fineness();
+        for (number, start) in [(1, side), (2, back), (3, side)] {
+            let rule = if number == 2 { Side::Back } else { Side::Flank };
+            let frame = Frame::of_box(self.half, number);
+            facade::draw(builder, look, (frame, eaves), (rule, start), random);
         }
-        downpipe(builder, vec3(-x + 0.2, y + 0.06, eaves));
-        downpipe(builder, vec3(x - 0.2, -y - 0.06, eaves));
-    }
-
-    fn hall(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let ([x, y], eaves) = (self.half, self.eaves_m());
-        self.walls(builder, 1.0, eaves);
-        roof::flat(builder, [x, y], eaves, random, self.detail);
-        builder.material(Material::Glass);
-        for side in 0..4 {
-            Wall::new(self.half, side).band(builder, [eaves - 1.5, eaves - 0.7], 0.4);
-        }
-        // Pilasters, and gates towards the street.
-        builder.material(Material::Concrete);
-        let bays = ((x * 2.0 / 5.5) as u32).max(2);
-        for bay in 0..=bays {
-            let at = -x + 2.0 * x * bay as f32 / bays as f32;
-            for front in [-1.0f32, 1.0] {
-                let (a, b) = (front * (y - 0.05), front * (y + 0.16));
-                builder
-                    .block(vec3(at - 0.22, a.min(b), -1.0), vec3(at + 0.22, a.max(b), eaves + 0.1));
-            }
-        }
-        for bay in (0..bays).step_by(2) {
-            let at = -x + 2.0 * x * (bay as f32 + 0.5) / bays as f32;
-            builder.material(Material::Metal);
-            let half = (x / bays as f32 - 0.5).min(2.0);
-            for slat in 0..5 {
-                let z = 0.1 + 0.62 * slat as f32;
-                builder.block(vec3(at - half, y - 0.05, z), vec3(at + half, y + 0.06, z + 0.58));
-            }
-        }
+        let (from, to) = (x * 0.3, x * 0.92);
+        let beside = Frame {
+            turn: Quat::IDENTITY,
+            foot: vec3((from - x) * 0.5, y, 0.0),
+            half: (from + x) * 0.5,
+        };
+        facade::draw(builder, look, (beside, eaves), (Side::Front, front), random);
+        look.wall().apply(builder);
+        let wall = |builder: &mut MeshBuilder, a: [f32; 2], b: [f32; 2], top: f32| {
+            let [a, b] = [a, b].map(|[x, y]| vec3(x, y, -FOOTING_M));
+            let up = Vec3::Z * (top + FOOTING_M);
+            builder.quad([a, b, b + up, a + up]);
+        };
+        let (low, out) = (eaves - 0.35, y + 1.5);
+        wall(builder, [x, y], [from, y], eaves);
+        wall(builder, [to, out], [to, y], low);
+        wall(builder, [from, y], [from, out], low);
+        let wing = Frame {
+            turn: Quat::IDENTITY,
+            foot: vec3((from + to) * 0.5, out, 0.0),
+            half: (to - from) * 0.5,
+        };
+        facade::draw(builder, look, (wing, low), (Side::Flank, front), random);
+        look.plinth().apply(builder);
+        builder.block(vec3(from, y, -FOOTING_M), vec3(to, out + 0.04, 0.02));
+        let (left, right) = (from - 0.3, to + 0.3);
+        let ridge = low + (to - from) * 0.42;
+        look.tiles().apply(builder);
+        roof::prism(builder, [left, right], [y - 1.5, out + 0.35], low, ridge);
+        look.wall().apply(builder);
+        let gable = [(from, low), (to, low), ((from + to) * 0.5, ridge - 0.1)]
+            .map(|(x, z)| builder.vertex(vec3(x, out + 0.355, z)));
+        builder.triangle([gable[1], gable[0], gable[2]]);
+        self.roof(builder, look, eaves, random);
     }
 
     fn shell(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
@@ -308,188 +285,14 @@ impl House {
         builder.block(vec3(-1.6, -y + 0.4, 0.0), vec3(1.6, -y + 4.0, top + 2.2));
         scaffold(builder, x, y, top);
     }
+}
 
-    /// Adds the box of the building, with a plinth of another material below `plinth`.
-    fn walls(&self, builder: &mut MeshBuilder, plinth: f32, eaves: f32) {
-        let [x, y] = self.half;
-        builder.material(Material::Concrete);
-        let out = 0.06;
-        builder.block(vec3(-x - out, -y - out, -FOOTING_M), vec3(x + out, y + out, plinth));
-        builder.material(self.facade);
-        builder.block(vec3(-x, -y, plinth - 0.02), vec3(x, y, eaves));
-    }
-
-    /// Adds bands between floors, and pilasters at the corners.
-    fn courses(&self, builder: &mut MeshBuilder, low: f32, eaves: f32, random: &mut RandomStream) {
-        let [x, y] = self.half;
-        let every =
-            if self.facade == Material::FacadeGlass { 4 } else { 1 + random.remainder(3) as u32 };
-        builder.material(Material::Concrete);
-        let mut floor = 0;
-        while low + FLOOR_M * (floor as f32) < eaves - 1.0 {
-            let (z, out) = (low + FLOOR_M * floor as f32, if floor == 0 { 0.16 } else { 0.08 });
-            builder.block(vec3(-x - out, -y - out, z - 0.12), vec3(x + out, y + out, z + 0.12));
-            floor += every;
-        }
-        for (sx, sy) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-            let corner = vec3(sx * (x - 0.3), sy * (y - 0.3), 0.0);
-            builder.block(corner + vec3(-0.38, -0.38, low), corner + vec3(0.38, 0.38, eaves));
-        }
-        if self.detail == Detail::High {
-            fins(builder, self.half, low, eaves, 4.8);
-        }
-    }
-
-    /// Adds windows to some of the walls, on every floor between two heights.
-    fn windows(
-        &self,
-        builder: &mut MeshBuilder,
-        low: f32,
-        high: f32,
-        door: Option<f32>,
-        walls: &[usize],
-    ) {
-        let homely = matches!(self.style, Style::Row | Style::Villa | Style::Terrace);
-        let spec = Windows {
-            pitch_m: if homely { 2.5 } else { 2.8 },
-            size_m: if homely { [1.1, 1.35] } else { [1.35, 1.65] },
-            frame: if self.facade == Material::FacadeBrick || homely {
-                Material::PaintWhite
-            } else {
-                Material::Metal
-            },
-            detail: self.detail,
-        };
-        // The plinth of an apartment block protrudes.
-        let half = if low < 0.4 { self.half.map(|half| half + 0.06) } else { self.half };
-        let mut sill = low + 0.95;
-        while sill + 1.7 < high {
-            for wall in walls {
-                Wall::new(half, *wall).row(builder, sill, &spec, door);
-            }
-            sill += FLOOR_M;
-        }
-    }
-
-    /// Adds floors and windows as strips round the whole building.
-    fn bands(&self, builder: &mut MeshBuilder, half: [f32; 2], low: f32, high: f32) {
-        let glass = self.facade == Material::FacadeGlass;
-        builder.material(if glass { Material::Metal } else { Material::Glass });
-        let (from, to) = if glass { (-0.3, 0.3) } else { (0.9, 2.5) };
-        let mut floor = low;
-        while floor + to + 0.3 < high {
-            if floor + from > low {
-                for side in 0..4 {
-                    Wall::new(half, side).band(builder, [floor + from, floor + to], 0.3);
-                }
-            }
-            floor += FLOOR_M;
-        }
-    }
-
-    /// Adds shop windows, doors and awnings along the street.
-    fn shops(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
-        let [x, y] = self.half;
-        let count = ((x * 2.0 / 5.0) as u32).max(1);
-        let width = x * 2.0 / count as f32;
-        for shop in 0..count {
-            let middle = -x + width * (shop as f32 + 0.5);
-            let half = width * 0.5 - 0.35;
-            let front = y + 0.06;
-            builder.material(Material::Glass);
-            builder.block(
-                vec3(middle - half, front - 0.05, 0.55),
-                vec3(middle + half * 0.4, front + 0.04, 2.9),
-            );
-            builder.material(Material::Wood);
-            builder.block(
-                vec3(middle + half * 0.48, front - 0.05, 0.02),
-                vec3(middle + half, front + 0.05, 2.5),
-            );
-            builder.material(Material::CarPaint);
-            builder.block(
-                vec3(middle - half, front - 0.02, 3.05),
-                vec3(middle + half, front + 0.12, 3.55),
-            );
-            if random.chance(0.5) {
-                builder.material(Material::Cloth);
-                let (low, high) = (2.55, 3.0);
-                let at = |x: f32, out: f32, z: f32| vec3(middle + x, front + out, z);
-                builder.quad([
-                    at(-half, 0.0, high),
-                    at(half, 0.0, high),
-                    at(half, 1.3, low),
-                    at(-half, 1.3, low),
-                ]);
-                builder.quad([
-                    at(half, 0.0, high - 0.03),
-                    at(-half, 0.0, high - 0.03),
-                    at(-half, 1.3, low - 0.03),
-                    at(half, 1.3, low - 0.03),
-                ]);
-                builder.quad([
-                    at(-half, 1.3, low),
-                    at(half, 1.3, low),
-                    at(half, 1.3, low - 0.22),
-                    at(-half, 1.3, low - 0.22),
-                ]);
-            }
-        }
-    }
-
-    /// Adds a door with steps, and optionally a canopy.
-    fn entrance(&self, builder: &mut MeshBuilder, x: f32, sill: f32, canopy: bool) {
-        let y = self.half[1] + 0.06;
-        builder.material(Material::Wood);
-        builder.block(vec3(x - 0.6, y - 0.1, sill), vec3(x + 0.6, y + 0.05, sill + 2.25));
-        builder.material(Material::Concrete);
-        let steps = (sill / 0.17).ceil() as u32;
-        for step in 0..steps {
-            let out = y + 0.35 * (steps - step) as f32;
-            let top = sill - 0.17 * (steps - 1 - step) as f32;
-            builder.block(vec3(x - 0.9, y - 0.1, -FOOTING_M), vec3(x + 0.9, out, top.max(0.1)));
-        }
-        if canopy {
-            builder.block(vec3(x - 1.2, y - 0.1, sill + 2.6), vec3(x + 1.2, y + 1.1, sill + 2.75));
-            builder.material(Material::Metal);
-            for side in [-1.05f32, 1.05] {
-                let post = vec3(x + side, y + 0.95, 0.0);
-                builder.rod(post - Vec3::Z * 0.5, post + Vec3::Z * (sill + 2.6), 0.06, 5);
-            }
-        }
-    }
-
-    /// Adds balconies on the street side.
-    fn balconies(&self, builder: &mut MeshBuilder, eaves: f32, random: &mut RandomStream) {
-        if !random.chance(0.5) {
-            return;
-        }
-        let [x, y] = self.half;
-        let count = ((x * 2.0 / 6.5) as u32).max(1);
-        let rails = if self.detail == Detail::High { 9 } else { 0 };
-        let mut z = SHOP_M;
-        while z < eaves - 2.0 {
-            for bay in 0..count {
-                let at = -x + x * 2.0 * (bay as f32 + 0.5) / count as f32;
-                builder.material(Material::Concrete);
-                builder
-                    .block(vec3(at - 1.3, y - 0.05, z - 0.08), vec3(at + 1.3, y + 1.15, z + 0.08));
-                builder.material(Material::Metal);
-                let (low, high) =
-                    if rails > 0 { (z + 0.95, z + 1.05) } else { (z + 0.08, z + 1.05) };
-                builder.block(vec3(at - 1.3, y + 1.09, low), vec3(at + 1.3, y + 1.14, high));
-                for side in [-1.3f32, 1.25] {
-                    builder.block(vec3(at + side, y, low), vec3(at + side + 0.05, y + 1.14, high));
-                }
-                for rail in 0..rails {
-                    let x = at - 1.25 + 2.5 * rail as f32 / (rails - 1) as f32;
-                    builder
-                        .block(vec3(x - 0.015, y + 1.10, z), vec3(x + 0.015, y + 1.13, z + 0.95));
-                }
-            }
-            z += FLOOR_M;
-        }
-    }
+/// Adds one wall of a box as a single rectangle.
+fn bare(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize, height: f32) {
+    let Frame { turn, foot, half } = Frame::of_box(half, side);
+    look.wall().apply(builder);
+    let corners = [(half, 0.0), (-half, 0.0), (-half, height), (half, height)];
+    builder.quad(corners.map(|(x, z)| foot + turn * vec3(x, 0.0, z)));
 }
 
 /// Adds poles, planks and rails in front of the street side.
@@ -513,24 +316,4 @@ fn scaffold(builder: &mut MeshBuilder, x: f32, y: f32, top: f32) {
         }
         deck += 2.0;
     }
-}
-
-/// Adds vertical ribs round a box.
-fn fins(builder: &mut MeshBuilder, [x, y]: [f32; 2], low: f32, high: f32, pitch: f32) {
-    builder.material(Material::Metal);
-    for side in 0..4 {
-        let turn = Quat::from_rotation_z(std::f32::consts::FRAC_PI_2 * side as f32);
-        let (across, out) = if side % 2 == 0 { (x, y) } else { (y, x) };
-        let count = ((across * 2.0 / pitch) as u32).max(1);
-        for fin in 0..=count {
-            let at = -across + across * 2.0 * fin as f32 / count as f32;
-            let center = turn * vec3(at, out + 0.05, 0.0) + Vec3::Z * (low + high) * 0.5;
-            builder.block_at(center, vec3(0.08, 0.12, (high - low) * 0.5), turn);
-        }
-    }
-}
-
-fn downpipe(builder: &mut MeshBuilder, top: Vec3) {
-    builder.material(Material::Metal);
-    builder.rod(vec3(top.x, top.y, -0.5), top, 0.05, 5);
 }

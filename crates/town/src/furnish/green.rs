@@ -1,6 +1,6 @@
 //! Trees, hedges and fences on unbuilt ground.
 
-use glam::{Vec2, vec2, vec3};
+use glam::{Vec2, Vec3, vec2, vec3};
 use mesh::{Material, RandomStream, Tag};
 
 use crate::{
@@ -12,6 +12,7 @@ use crate::{
         raster::{ground, rectangle, square},
         scene::{ObjectProperties, Place, Scene},
     },
+    mesh_builder::MeshBuilder,
     plants::{Form, Species, VARIANTS, model_index, models},
     static_world::{Detail, Layer},
 };
@@ -152,9 +153,13 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
                 color: [60, 100, 48],
             };
             let top = slope + random.between(0.9, 1.5);
-            scene.add(properties, place, |builder| {
-                builder.material(Material::Leaves);
-                builder.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+            let mut leaves = RandomStream::named(random.bits(), 0x1eaf);
+            scene.add(properties, place, |builder| match detail {
+                Detail::Low => {
+                    builder.material(Material::Leaves);
+                    builder.block(vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
+                }
+                _ => hedge(builder, length, top, &mut leaves),
             });
             scene.solid(&place, vec3(-length, -0.28, -0.3), vec3(length, 0.28, top));
         } else if dice < 0.65 {
@@ -196,6 +201,45 @@ fn enclose(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Ran
             });
             scene.solid(&place, vec3(-length, -0.05, -0.3), vec3(length, 0.07, top));
         }
+    }
+}
+
+/// The leaves of a hedge on a square metre of its surface.
+const LEAVES_PER_M2: f32 = 19.0;
+
+/// Adds a hedge along x: a dark core in the shape of a box, and leaves of many sizes on it.
+fn hedge(builder: &mut MeshBuilder, length: f32, top: f32, random: &mut RandomStream) {
+    let half = 0.28;
+    builder.tinted(Material::Leaves, [34, 50, 24]);
+    builder.block(vec3(-length, 0.07 - half, -0.3), vec3(length, half - 0.07, top - 0.07));
+    let (wide, round) = (half * 2.0, top * 2.0 + half * 2.0);
+    let count = (LEAVES_PER_M2 * (2.0 * length * round + 2.0 * wide * top)) as u32;
+    let ends = wide * top / (length * round + wide * top);
+    for _ in 0..count {
+        let up = random.unit() * top;
+        // A point on the long sides and the top, or on an end, and the direction out of it.
+        let (at, out) = if random.chance(ends) {
+            let end = if random.chance(0.5) { 1.0 } else { -1.0 };
+            (vec3(end * length, random.between(-half, half), up), Vec3::X * end)
+        } else {
+            let x = random.between(-length, length);
+            match random.unit() * round {
+                along if along < top => (vec3(x, half, up), Vec3::Y),
+                along if along < top * 2.0 => (vec3(x, -half, up), -Vec3::Y),
+                _ => (vec3(x, random.between(-half, half), top), Vec3::Z),
+            }
+        };
+        let mut tilt = || random.between(-0.7, 0.7);
+        let normal = (out + vec3(tilt(), tilt(), tilt())).normalize_or(out);
+        let along = vec3(tilt(), tilt(), tilt() - 0.2).reject_from_normalized(normal);
+        let along = along.normalize_or(normal.any_orthonormal_vector());
+        let size = 0.08 + 0.14 * random.unit() * random.unit();
+        let at = at - out * random.between(0.0, 0.05);
+        let side = normal.cross(along) * size * 0.55;
+        let bright = random.between(0.72, 1.15) * (0.75 + 0.25 * (at.z / top).clamp(0.0, 1.0));
+        builder.tinted(Material::Leaves, [78.0, 106.0, 50.0].map(|c| (c * bright) as u8));
+        let along = along * size;
+        builder.quad([at - along, at + side, at + along, at - side]);
     }
 }
 

@@ -8,12 +8,13 @@ use crate::{
     furnish::{
         building::{House, Style},
         density::{Density, FAST_MPS},
+        facade::Look,
         frontage::{Frontage, STEP_M, Station},
         plan::Plan,
         raster::{ground, rectangle},
         scene::{ObjectProperties, Place, Scene},
     },
-    static_world::Layer,
+    static_world::{Detail, Layer},
 };
 
 /// The clearance round a building. Metres.
@@ -22,6 +23,8 @@ const MARGIN_M: f32 = 0.5;
 const ROOF_M: f32 = 1.5;
 /// The density from which on terraced houses are built.
 const OPEN_COUNTRY: f32 = 0.06;
+/// The gap between houses up to which they are neighbours. Metres.
+const NEIGHBOUR_M: f32 = 14.0;
 /// The fraction of buildings that are unfinished.
 const UNFINISHED: f32 = 0.035;
 /// The density from which on gaps are filled.
@@ -47,7 +50,7 @@ pub(super) fn build(
 }
 
 /// The ground that belongs to a house.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Garden {
     /// The point on the edge of the street in front of the middle of the house.
     pub(super) gate: Vec2,
@@ -60,6 +63,15 @@ pub(super) struct Garden {
     /// The distance from the street to the rear wall of the house. Metres.
     pub(super) back_m: f32,
     pub(super) style: Style,
+    /// What the house looks like; `None` in low detail and if it is unfinished.
+    pub(super) look: Option<Look>,
+}
+
+impl Garden {
+    /// Whether the house at `gate` of this width would be a neighbour: beside it, or across a gap.
+    pub(super) fn is_beside(&self, gate: Vec2, width_m: f32) -> bool {
+        self.gate.distance(gate) < (self.width_m + width_m) * 0.5 + NEIGHBOUR_M
+    }
 }
 
 fn line(
@@ -95,7 +107,7 @@ fn line(
         }
         let wanted = (house.half[0] * 2.0 + gap(house.style)) / STEP_M;
         let end = (start + wanted.round() as usize).min(frontage.len() - 1);
-        match place(plan, scene, &frontage[start..=end], house, dense, random) {
+        match place(plan, scene, &frontage[start..=end], house, dense, (random, gardens)) {
             Some(garden) => {
                 gardens.push(garden);
                 start = end;
@@ -120,7 +132,7 @@ fn gap(style: Style) -> f32 {
 
 /// Returns the building for a place of this density.
 fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
-    let detail = crate::static_world::Detail::Standard;
+    let detail = Detail::Standard;
     let dice = random.unit();
     let style = if dense > 0.3 && random.chance(UNFINISHED) {
         Style::Shell
@@ -189,7 +201,7 @@ fn draw(dense: f32, is_old: bool, random: &mut RandomStream) -> House {
             *random.pick(&[Material::FacadeConcrete, Material::Metal, Material::FacadeBrick]),
         ),
     };
-    House { style, half: [width * 0.5, depth * 0.5], floors, facade, detail }
+    House { style, half: [width * 0.5, depth * 0.5], floors, facade, look: None, detail }
 }
 
 /// Places a building behind the stations: with the given depth if it fits, else a shallower one,
@@ -200,7 +212,7 @@ fn place(
     stations: &[Station],
     mut house: House,
     dense: f32,
-    random: &mut RandomStream,
+    (random, gardens): (&mut RandomStream, &[Garden]),
 ) -> Option<Garden> {
     let (first, last) = (stations[0], stations[stations.len() - 1]);
     let along = (last.edge - first.edge).try_normalize()?;
@@ -243,17 +255,36 @@ fn place(
             continue;
         }
         plan.raster.stamp(&taken, ground::BUILT);
+        let width_m = house.half[0] * 2.0 + gap(house.style);
+        house.look = look(&house, gate, width_m, gardens, random.skip(1 << 20));
         erect(plan, scene, &house, Place { foot: plan.foot(center), yaw_rad }, random);
         return Some(Garden {
             gate,
             out,
-            width_m: house.half[0] * 2.0 + gap(house.style),
+            width_m,
             front_m: front,
             back_m: front + house.half[1] * 2.0,
             style: house.style,
+            look: house.look,
         });
     }
     None
+}
+
+/// Draws what a house looks like, unlike its neighbours.
+fn look(
+    house: &House,
+    gate: Vec2,
+    width_m: f32,
+    gardens: &[Garden],
+    mut random: RandomStream,
+) -> Option<Look> {
+    if house.detail == Detail::Low {
+        return None;
+    }
+    let beside = gardens.iter().filter(|other| other.is_beside(gate, width_m));
+    let neighbours: Vec<&Look> = beside.filter_map(|other| other.look.as_ref()).collect();
+    Look::draw(house.suits()?, house.facade, &neighbours, &mut random)
 }
 
 fn erect(

@@ -1,28 +1,61 @@
 //! Roofs.
 
-use glam::{Vec3, vec3};
+use glam::{Quat, Vec3, vec3};
 use mesh::{Material, RandomStream};
 
-use crate::{mesh_builder::MeshBuilder, static_world::Detail};
+use crate::{furnish::facade::Look, mesh_builder::MeshBuilder, static_world::Detail};
+
+/// What covers a pitched roof and its gables.
+pub(super) struct Cover<'a> {
+    /// The material of gables without a look.
+    pub(super) gable: Material,
+    pub(super) look: Option<&'a Look>,
+}
+
+impl Cover<'_> {
+    fn gable(&self, builder: &mut MeshBuilder) {
+        match self.look {
+            Some(look) => look.wall().apply(builder),
+            None => {
+                builder.material(self.gable);
+            }
+        }
+    }
+
+    fn tiles(&self, builder: &mut MeshBuilder) {
+        match self.look {
+            Some(look) => look.tiles().apply(builder),
+            None => {
+                builder.material(Material::RoofTiles);
+            }
+        }
+    }
+}
 
 /// Adds a flat roof with a parapet and equipment.
 pub(super) fn flat(
     builder: &mut MeshBuilder,
     [x, y]: [f32; 2],
     top: f32,
-    random: &mut RandomStream,
-    detail: Detail,
+    (random, detail): (&mut RandomStream, Detail),
+    look: Option<&Look>,
 ) {
     builder.material(Material::RoofFlat);
     builder.block(vec3(-x, -y, top - 0.02), vec3(x, y, top + 0.06));
     // The cornice protrudes, and the parapet stands on it.
-    builder.material(Material::Concrete);
-    let (out, thick, high) = (0.22, 0.30, top + 0.95);
+    match look {
+        Some(look) => look.trim().apply(builder),
+        None => {
+            builder.material(Material::Concrete);
+        }
+    }
+    let parapet = look.map_or(0.95, |look| look.roof().parapet);
+    let (out, thick, high) = (0.12, 0.30, top + parapet);
     for side in [-1.0f32, 1.0] {
         let (a, b) = (side * (x + out), side * (x - thick));
-        builder.block(vec3(a.min(b), -y - out, top - 0.35), vec3(a.max(b), y + out, high));
+        builder.block(vec3(a.min(b), -y - out, top - 0.12), vec3(a.max(b), y + out, high));
         let (a, b) = (side * (y + out), side * (y - thick));
-        builder.block(vec3(-x + thick, a.min(b), top - 0.35), vec3(x - thick, a.max(b), high));
+        builder.block(vec3(-x + thick, a.min(b), top - 0.12), vec3(x - thick, a.max(b), high));
     }
     let room = (x.min(y) - 2.2).max(0.0);
     if room < 1.0 {
@@ -33,6 +66,7 @@ pub(super) fn flat(
         vec3(random.between(-x, x), random.between(-y, y), top)
     };
     let house = at(random, 3.0);
+    builder.material(Material::Concrete);
     builder.block(house + vec3(-1.6, -1.6, 0.0), house + vec3(1.6, 1.6, 2.7));
     let units = 2 + random.remainder(if detail == Detail::High { 8 } else { 4 });
     for _ in 0..units {
@@ -47,6 +81,29 @@ pub(super) fn flat(
     builder.material(Material::Metal);
     let vent = at(random, 1.2);
     builder.rod(vent, vent + Vec3::Z * 1.1, 0.16, 6);
+    let Some(rule) = look.map(Look::roof) else { return };
+    if random.chance(rule.antenna) {
+        antenna(builder, at(random, 1.5), random.between(2.5, 4.5));
+    }
+    if random.chance(rule.skylights) {
+        let first = at(random, 3.0);
+        for light in 0..3 {
+            let foot = first + Vec3::X * (1.5 * light as f32 - 1.5);
+            builder.tinted(Material::Metal, [176, 178, 178]);
+            builder.block(foot - vec3(0.55, 0.85, 0.0), foot + vec3(0.55, 0.85, 0.3));
+            builder.tinted(Material::Glass, [96, 110, 118]);
+            builder.block(foot - vec3(0.48, 0.78, -0.3), foot + vec3(0.48, 0.78, 0.36));
+        }
+    }
+    if random.chance(rule.solar) {
+        let first = at(random, 3.0);
+        for panel in 0..4 {
+            let foot = first + vec3(1.2 * panel as f32 - 1.8, 0.0, 0.5);
+            let lean = Quat::from_rotation_x(0.45);
+            builder.tinted(Material::Glass, [24, 34, 62]);
+            builder.block_at(foot, vec3(0.56, 0.95, 0.025), lean);
+        }
+    }
 }
 
 /// Adds an antenna in the middle.
@@ -62,7 +119,7 @@ pub(super) fn pitched(
     [x, y]: [f32; 2],
     eaves: f32,
     pitch: f32,
-    gable: Material,
+    cover: &Cover,
     hipped: bool,
 ) {
     let (over, thick) = (0.45, 0.22);
@@ -71,7 +128,7 @@ pub(super) fn pitched(
     let inset = if hipped { y.min(x * 0.8) } else { 0.0 };
     if !hipped {
         // Gable walls.
-        builder.material(gable);
+        cover.gable(builder);
         for side in [-1.0f32, 1.0] {
             let corners = [
                 vec3(side * x, -side * y, eaves),
@@ -82,7 +139,7 @@ pub(super) fn pitched(
             builder.triangle([a, b, c]);
         }
     }
-    builder.material(Material::RoofTiles);
+    cover.tiles(builder);
     let (ex, ey) = (x + over, y + over);
     let rx = ex - inset;
     let eave = |sx: f32, sy: f32, up: f32| vec3(sx * ex, sy * ey, eaves - drop + up);
@@ -161,22 +218,116 @@ pub(super) fn chimneys(
     }
 }
 
-/// Adds dormer windows on the street side.
-pub(super) fn dormers(
-    builder: &mut MeshBuilder,
-    [x, y]: [f32; 2],
-    eaves: f32,
-    random: &mut RandomStream,
-) {
-    let count = ((x * 2.0 / 4.5) as u32).clamp(1, 3);
-    let z = eaves + random.between(0.3, 0.7);
-    for dormer in 0..count {
-        let at = -x + x * 2.0 * (dormer as f32 + 0.5) / count as f32;
-        builder.material(Material::FacadePlaster);
-        builder.block(vec3(at - 0.75, 0.15 * y, z), vec3(at + 0.75, y * 0.78, z + 1.35));
-        builder.material(Material::Glass);
-        builder.block(vec3(at - 0.5, y * 0.7, z + 0.3), vec3(at + 0.5, y * 0.78 + 0.04, z + 1.15));
-        builder.material(Material::RoofTiles);
-        prism(builder, [at - 0.95, at + 0.95], [0.1 * y, y * 0.78 + 0.2], z + 1.35, z + 1.95);
+/// Adds an antenna with its foot at a point.
+fn antenna(builder: &mut MeshBuilder, foot: Vec3, height: f32) {
+    builder.tinted(Material::Metal, [120, 124, 126]);
+    let top = foot + Vec3::Z * height;
+    builder.rod(foot, top, 0.025, 4);
+    for (drop, half) in [(0.1, 0.5), (0.4, 0.4), (0.7, 0.3)] {
+        let middle = top - Vec3::Z * drop;
+        builder.rod(middle - Vec3::X * half, middle + Vec3::X * half, 0.012, 3);
+    }
+}
+
+/// The slopes of a gable roof. Metres.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Slope {
+    pub(super) half: [f32; 2],
+    pub(super) eaves: f32,
+    /// The rise over the run.
+    pub(super) pitch: f32,
+}
+
+/// The thickness of the covering over the walls. Metres.
+const COVER_M: f32 = 0.22;
+
+impl Slope {
+    /// The point of the covering at x, `up` of the way from the eaves to the ridge; `side` is 1 on
+    /// the street's slope, -1 on the other.
+    fn at(&self, x: f32, up: f32, side: f32, over: f32) -> Vec3 {
+        let y = self.half[1] * (1.0 - up);
+        vec3(x, side * y, self.eaves + COVER_M + over + self.half[1] * up * self.pitch)
+    }
+
+    /// Adds a rectangle that lies on a slope.
+    fn sheet(&self, builder: &mut MeshBuilder, x: [f32; 2], up: [f32; 2], side: f32, over: f32) {
+        let [l, r] = if side > 0.0 { [x[1], x[0]] } else { x };
+        let corners = [(l, up[0]), (r, up[0]), (r, up[1]), (l, up[1])];
+        builder.quad(corners.map(|(x, up)| self.at(x, up, side, over)));
+    }
+
+    /// Adds dormer windows on the street side.
+    pub(super) fn dormers(
+        &self,
+        builder: &mut MeshBuilder,
+        look: &Look,
+        random: &mut RandomStream,
+    ) {
+        let [x, y] = self.half;
+        let count = ((x * 2.0 / 3.6) as u32).clamp(1, 5);
+        let wide = random.between(0.62, 0.8);
+        let front = y * 0.74;
+        let foot = self.eaves + (y - front) * self.pitch;
+        let (high, rise) = (1.45, random.between(0.3, 0.75));
+        for dormer in 0..count {
+            let m = -x + x * 2.0 * (dormer as f32 + 0.5) / count as f32;
+            look.wall().apply(builder);
+            builder.block(vec3(m - wide, 0.2 * y, foot), vec3(m + wide, front, foot + high));
+            look.frame().apply(builder);
+            let pane = |builder: &mut MeshBuilder, x: [f32; 2], z: [f32; 2], out: f32| {
+                let y = front + out;
+                let corners = [(x[1], z[0]), (x[0], z[0]), (x[0], z[1]), (x[1], z[1])];
+                builder.quad(corners.map(|(x, z)| vec3(x, y, z)));
+            };
+            let [low, top] = [foot + 0.32, foot + high - 0.08];
+            pane(builder, [m - wide + 0.1, m + wide - 0.1], [low, top], 0.012);
+            for (from, to) in [(m - wide + 0.16, m - 0.03), (m + 0.03, m + wide - 0.16)] {
+                let rgb = [34.0, 38.0, 44.0].map(|c| (c + random.between(0.0, 14.0)) as u8);
+                builder.tinted(Material::Glass, rgb);
+                pane(builder, [from, to], [low + 0.06, top - 0.06], 0.024);
+            }
+            look.tiles().apply(builder);
+            let top = foot + high;
+            let ends = [0.1 * y, front + 0.18];
+            prism(builder, [m - wide - 0.18, m + wide + 0.18], ends, top, top + rise);
+        }
+    }
+
+    /// Adds windows that lie in the covering.
+    pub(super) fn skylights(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
+        let x = self.half[0];
+        let count = 1 + random.remainder(3) as u32;
+        for side in [1.0, -1.0] {
+            for light in 0..count {
+                let m = -x + x * 2.0 * (light as f32 + 0.5) / count as f32;
+                let up = [0.36, 0.36 + 1.15 / (self.half[1] * (1.0 + self.pitch))];
+                builder.tinted(Material::Metal, [84, 86, 90]);
+                self.sheet(builder, [m - 0.5, m + 0.5], up, side, 0.05);
+                builder.tinted(Material::Glass, [44, 52, 60]);
+                let up = [up[0] + 0.012, up[1] - 0.012];
+                self.sheet(builder, [m - 0.42, m + 0.42], up, side, 0.065);
+            }
+        }
+    }
+
+    /// Adds solar panels on one slope.
+    pub(super) fn solar(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
+        let x = self.half[0] - 0.8;
+        let side = if random.chance(0.5) { 1.0 } else { -1.0 };
+        let count = ((x * 2.0 / 1.1) as u32).min(4 + random.remainder(5) as u32);
+        let first = random.between(-x, (x - 1.1 * count as f32).max(-x));
+        for panel in 0..count {
+            let l = first + 1.1 * panel as f32;
+            for up in [[0.52, 0.69], [0.71, 0.88]] {
+                builder.tinted(Material::Glass, [22, 30, 58]);
+                self.sheet(builder, [l, l + 1.04], up, side, 0.09);
+            }
+        }
+    }
+
+    /// Adds an antenna on the ridge.
+    pub(super) fn antenna(&self, builder: &mut MeshBuilder, random: &mut RandomStream) {
+        let foot = self.at(random.between(-0.8, 0.8) * self.half[0], 0.98, 1.0, -0.3);
+        antenna(builder, foot, random.between(1.6, 2.6));
     }
 }

@@ -8,6 +8,7 @@ use road::Signal;
 
 use crate::{
     furnish::{
+        facade,
         plan::Plan,
         raster::{ground, square},
         scene::{ObjectProperties, Place, Scene},
@@ -124,14 +125,15 @@ fn sign(plan: &mut Plan, scene: &mut Scene, signal: &Signal) {
         builder.paint(Tag::Pole, Material::Metal);
         builder.rod(Vec3::Z * -0.5, Vec3::Z * (low + size[1] * 0.9), 0.035, 6);
         builder.paint(Tag::TrafficSign, Material::Sign);
-        plate(builder, &signal.kind, center, half);
+        plate(builder, signal, center, half);
     });
     scene.solid_post(&place, 0.05, low + size[1]);
     plan.raster.stamp(&square(pole, 0.5), ground::FURNITURE);
 }
 
 /// Adds a plate facing along x, in the shape of the sign's type.
-fn plate(builder: &mut MeshBuilder, kind: &str, center: Vec3, [half_y, half_z]: [f32; 2]) {
+fn plate(builder: &mut MeshBuilder, signal: &Signal, center: Vec3, [half_y, half_z]: [f32; 2]) {
+    let kind = signal.kind.as_str();
     let disc = half_y.min(half_z).clamp(0.3, 0.5);
     // (corners, angle of the first one, radius, border)
     let (corners, first, radius, border) = match kind {
@@ -172,13 +174,12 @@ fn plate(builder: &mut MeshBuilder, kind: &str, center: Vec3, [half_y, half_z]: 
         builder.material(if kind == "306" { Material::LampAmber } else { Material::Sign });
         builder.loft(&[ring(inner, 0.055), ring(inner, 0.06)], |_, _| None);
         if kind == "274" {
-            // Two dark strokes replace the figures.
             builder.material(Material::Plastic);
-            for y in [-0.32f32, 0.06] {
-                builder.block(
-                    center + vec3(0.06, y * radius, -inner * 0.5),
-                    center + vec3(0.063, (y + 0.24) * radius, inner * 0.5),
-                );
+            let limit = [signal.value.map(|value| value.to_string()), Some(signal.subtype.clone())];
+            let is_number = |text: &String| text.parse::<u32>().is_ok();
+            let text = limit.into_iter().flatten().find(is_number).unwrap_or_default();
+            for quad in facade::write(&text, inner * 1.4, inner * 0.95) {
+                builder.quad(quad.map(|at| center + vec3(0.063, at.x, at.y)));
             }
         }
     }

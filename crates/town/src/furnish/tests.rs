@@ -453,3 +453,48 @@ fn an_old_town_consists_of_rows_under_steep_roofs() {
     let (tallest, glass, _) = built(Character::Grid, 1);
     assert!(tallest > 35.0 && glass > 0, "{tallest} m, {glass}");
 }
+
+/// The gardens of houses of a map, in the order in which they were built.
+fn gardens(name: &str) -> Vec<super::lots::Garden> {
+    let network = Network::parse(&named(name).expect("a named town")).expect("a map");
+    let mut plan = super::plan::Plan::new(&network, 1, Detail::Standard);
+    let mut scene = super::scene::Scene::new(plan.take_ground());
+    let outlines = std::mem::take(&mut plan.outlines);
+    let density = std::mem::take(&mut plan.density);
+    super::lots::build(&mut plan, &mut scene, &outlines, &density)
+}
+
+#[test]
+fn no_house_resembles_the_house_beside_it() {
+    for name in ["Altmarkt", "Flatford"] {
+        let gardens = gardens(name);
+        let (mut pairs, mut alike) = (0, Vec::new());
+        for (number, one) in gardens.iter().enumerate() {
+            for other in &gardens[..number] {
+                let (Some(own), Some(others)) = (&one.look, &other.look) else { continue };
+                // Next to each other, without a plot between them.
+                if one.gate.distance(other.gate) < (one.width_m + other.width_m) * 0.5 + 4.0 {
+                    pairs += 1;
+                    if own.resembles(others) {
+                        alike.push((one.gate, other.gate));
+                    }
+                }
+            }
+        }
+        assert!(pairs > 60 && alike.is_empty(), "{name}: {pairs} pairs, {alike:?}");
+    }
+}
+
+/// Façades in detail make the largest of these maps at most 1.7 times as large as plain ones did.
+#[test]
+fn facades_keep_to_their_budget() {
+    for (name, most) in [("Fernhill", 3_700_000), ("Greatmoor", 5_100_000)] {
+        let network = Network::parse(&named(name).expect("a named town")).expect("a map");
+        let town = furnish(&network, 1);
+        let is_house = |face: &&mesh::Face| face.tag == Tag::Building as u8;
+        let walls = town.mesh.faces.iter().filter(is_house).count();
+        let houses = town.objects.iter().filter(|one| one.tag == Tag::Building).count();
+        let all = town.mesh.triangles.len();
+        assert!(all < most && walls < houses * 2_000, "{name}: {all}, {walls} of {houses} houses");
+    }
+}

@@ -22,7 +22,7 @@ pub(super) fn build(
 ) {
     let (center, radii) = shape.crown();
     let leaf_m = if is_near { shape.leaf_m } else { shape.leaf_m * SPRAY };
-    let inset = radii - leaf_m.min(0.3 * radii.x) * 0.8;
+    let inset = radii - leaf_m.min(0.3 * radii.x) * 0.55;
     let envelope = Envelope {
         center,
         radii: inset,
@@ -131,8 +131,11 @@ impl Crown<'_> {
         let normal = (out * 0.8 + Vec3::Z * 0.45 + unit(random) * 0.75).normalize_or(Vec3::Z);
         let along = (unit(random) - Vec3::Z * 0.5).reject_from_normalized(normal);
         let along = along.normalize_or(normal.any_orthonormal_vector());
-        let size = self.leaf_m * random.between(0.7, 1.2);
-        let (long, wide) = (along * size * 0.5, normal.cross(along) * size * 0.34);
+        // Most leaves are small; a few are as large as the species allows.
+        let young = random.unit();
+        let size = self.leaf_m * (0.62 + 0.75 * young * young);
+        let slim = random.between(0.26, 0.4);
+        let (long, wide) = (along * size * 0.5, normal.cross(along) * size * slim);
         builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, random));
         let fold = normal * size * 0.06;
         let [a, b, c, d] =

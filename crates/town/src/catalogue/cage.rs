@@ -1,0 +1,298 @@
+//! Car bodies from control cages: text files in `cages/`, subdivided when the mesh is built.
+//!
+//! A cage is a Wavefront OBJ file of the left half of a car. x runs from the nose (0) to the tail
+//! (1), y is in half widths and z in heights. `usemtl` names a [`Material`], `g` a part: `body`,
+//! `roof`, `door_front`, `door_rear`. The groups `arch_front` and `arch_rear` have lines along the
+//! edges of the wheel arches, which follow the wheels of each model. `# axles` gives the x of both
+//! axles. Creases are lines `t crease 2/1/0 from to sharpness`, as in OpenSubdiv's shapes, with
+//! indices from 0.
+
+use std::{collections::BTreeMap, f32::consts::PI};
+
+use glam::{Vec3, vec3};
+use mesh::Material;
+
+use crate::{
+    catalogue::profile::{Measure, RELIEF},
+    subdivision::{Cage, edge},
+};
+
+/// The part of a car that a face belongs to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Part {
+    Body,
+    Roof,
+    /// The number of the door, in CARLA's order.
+    Door(u32),
+}
+
+/// The attributes of a face of a cage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Skin {
+    pub(super) part: Part,
+    pub(super) material: Material,
+}
+
+/// Why a file is not a cage.
+#[derive(Debug, PartialEq, thiserror::Error)]
+#[error("line {line} of a control cage: {what}")]
+pub(super) struct CageError {
+    line: usize,
+    what: &'static str,
+}
+
+/// The left half of a car, in fractions.
+#[derive(Debug)]
+pub(super) struct HalfCar {
+    points: Vec<Vec3>,
+    faces: Vec<(Vec<u32>, Skin)>,
+    creases: Vec<(u32, u32, f32)>,
+    arches: [Vec<Vec<u32>>; 2],
+    axles: [f32; 2],
+}
+
+/// The radius of the control points of a wheel arch in wheel radii; the edge lies further inside.
+const ARCH: f32 = 1.25;
+/// The angles at which an arch begins and ends, above the horizontal. Radians.
+const ARCH_ENDS: [f32; 2] = [PI * 200.0 / 180.0, -PI * 20.0 / 180.0];
+
+fn material(name: &str) -> Option<Material> {
+    [Material::CarPaint, Material::Glass, Material::Plastic, Material::Metal, Material::Rubber]
+        .into_iter()
+        .find(|material| format!("{material:?}") == name)
+}
+
+impl HalfCar {
+    /// Reads a file.
+    pub(super) fn parse(text: &str) -> Result<HalfCar, CageError> {
+        let mut car = HalfCar {
+            points: Vec::new(),
+            faces: Vec::new(),
+            creases: Vec::new(),
+            arches: [Vec::new(), Vec::new()],
+            axles: [f32::NAN; 2],
+        };
+        let mut skin = Skin { part: Part::Body, material: Material::CarPaint };
+        let mut arch = None;
+        for (line, row) in (1..).zip(text.lines()) {
+            let error = |what| CageError { line, what };
+            let mut words = row.split_ascii_whitespace();
+            let word = words.next().unwrap_or("");
+            let numbers = |words: std::str::SplitAsciiWhitespace| {
+                words.map(|word| word.parse().ok()).collect::<Option<Vec<f32>>>()
+            };
+            let indices = |words: std::str::SplitAsciiWhitespace, count: usize| {
+                let index = |word: &str| {
+                    let number = word.split('/').next()?.parse::<usize>().ok()?;
+                    (1..=count).contains(&number).then(|| number as u32 - 1)
+                };
+                words.map(index).collect::<Option<Vec<u32>>>()
+            };
+            let count = car.points.len();
+            match word {
+                "v" => match numbers(words).as_deref() {
+                    Some([x, y, z]) => car.points.push(vec3(*x, *y, *z)),
+                    _ => return Err(error("expected three coordinates")),
+                },
+                "g" => {
+                    arch = None;
+                    match words.next() {
+                        Some("body") => skin.part = Part::Body,
+                        Some("roof") => skin.part = Part::Roof,
+                        Some("door_front") => skin.part = Part::Door(0),
+                        Some("door_rear") => skin.part = Part::Door(2),
+                        Some("arch_front") => arch = Some(0),
+                        Some("arch_rear") => arch = Some(1),
+                        _ => return Err(error("unknown group")),
+                    }
+                }
+                "usemtl" => {
+                    let found = words.next().and_then(material);
+                    skin.material = found.ok_or(error("unknown material"))?;
+                }
+                "f" => match indices(words, count) {
+                    Some(corners) if corners.len() >= 3 => car.faces.push((corners, skin)),
+                    _ => return Err(error("expected at least three vertices that exist")),
+                },
+                "l" => match (arch, indices(words, count)) {
+                    (Some(arch), Some(points)) if points.len() >= 2 => {
+                        car.arches[arch].push(points);
+                    }
+                    _ => return Err(error("expected a line of an arch")),
+                },
+                "t" => match numbers(words.clone()) {
+                    _ if words.next() != Some("crease") => return Err(error("unknown tag")),
+                    _ => match numbers({
+                        words.next();
+                        words
+                    })
+                    .as_deref()
+                    {
+                        Some([a, b, sharp]) if a.max(*b) < count as f32 && a.min(*b) >= 0.0 => {
+                            car.creases.push((*a as u32, *b as u32, *sharp));
+                        }
+                        _ => return Err(error("expected two vertices and a sharpness")),
+                    },
+                },
+                "#" if words.clone().next() == Some("axles") => {
+                    words.next();
+                    match numbers(words).as_deref() {
+                        Some([front, rear]) if 0.0 < *front && front < rear && *rear < 1.0 => {
+                            car.axles = [*front, *rear];
+                        }
+                        _ => return Err(error("expected the x of both axles")),
+                    }
+                }
+                "" | "#" | "o" => {}
+                _ => return Err(error("unknown element")),
+            }
+        }
+        let end = |what| CageError { line: text.lines().count(), what };
+        match () {
+            () if car.axles[0].is_nan() => Err(end("no axles")),
+            () if car.faces.is_empty() => Err(end("no faces")),
+            () => Ok(car),
+        }
+    }
+
+    /// Returns the cage of a whole car of these dimensions, in actor space.
+    pub(super) fn placed(&self, measure: &Measure) -> Cage<Skin> {
+        let hubs = [measure.wheels[0].position_m.x, measure.wheels[2].position_m.x];
+        let [nose, tail] = [measure.nose_m - RELIEF, measure.nose_m - measure.size_m.x + RELIEF];
+        let knots = [0.0, self.axles[0], self.axles[1], 1.0];
+        let values = [nose, hubs[0], hubs[1], tail];
+        let x = |fraction: f32| {
+            let at = knots[1..3].iter().filter(|knot| fraction > **knot).count();
+            let t = (fraction - knots[at]) / (knots[at + 1] - knots[at]);
+            values[at] + (values[at + 1] - values[at]) * t
+        };
+        let half = measure.body_m * 0.5;
+        let mut points: Vec<Vec3> =
+            self.points.iter().map(|p| vec3(x(p.x), p.y * half, p.z * measure.size_m.z)).collect();
+        for (lines, wheel) in self.arches.iter().zip([&measure.wheels[0], &measure.wheels[2]]) {
+            for line in lines {
+                for (number, point) in line.iter().enumerate() {
+                    let t = number as f32 / (line.len() - 1) as f32;
+                    let angle = ARCH_ENDS[0] + (ARCH_ENDS[1] - ARCH_ENDS[0]) * t;
+                    let reach = wheel.radius_m * ARCH;
+                    let point = &mut points[*point as usize];
+                    point.x = wheel.position_m.x - reach * angle.cos();
+                    point.z = wheel.position_m.z + reach * angle.sin();
+                }
+            }
+        }
+        let mut twin = Vec::with_capacity(points.len());
+        for index in 0..points.len() as u32 {
+            let point = points[index as usize];
+            if point.y.abs() < 1e-4 {
+                points[index as usize].y = 0.0;
+                twin.push(index);
+            } else {
+                twin.push(points.len() as u32);
+                points.push(vec3(point.x, -point.y, point.z));
+            }
+        }
+        let mut faces = self.faces.clone();
+        faces.extend(self.faces.iter().map(|(corners, skin)| {
+            let corners = corners.iter().rev().map(|corner| twin[*corner as usize]).collect();
+            let part = match skin.part {
+                Part::Door(number) => Part::Door(number + 1),
+                part => part,
+            };
+            (corners, Skin { part, ..*skin })
+        }));
+        let mut creases = BTreeMap::new();
+        for (a, b, sharp) in &self.creases {
+            creases.insert(edge(*a, *b), *sharp);
+            creases.insert(edge(twin[*a as usize], twin[*b as usize]), *sharp);
+        }
+        Cage { points, faces, creases }
+    }
+}
+
+/// The triangles of a body, on which lamps and seams are placed.
+pub(super) struct Surface(Vec<[Vec3; 3]>);
+
+impl Surface {
+    pub(super) fn of<T>(cage: &Cage<T>) -> Surface {
+        let corners =
+            |face: &[u32], which: [usize; 3]| which.map(|c| cage.points[face[c] as usize]);
+        let both = |(face, _): &(Vec<u32>, T)| {
+            (1..face.len() - 1).map(|c| corners(face, [0, c, c + 1])).collect::<Vec<_>>()
+        };
+        Surface(cage.faces.iter().flat_map(both).collect())
+    }
+
+    /// The last point of the surface on a ray (Möller and Trumbore 1997), and its normal.
+    pub(super) fn cast(&self, from: Vec3, along: Vec3) -> Option<(Vec3, Vec3)> {
+        let hit = |[a, b, c]: &[Vec3; 3]| {
+            let (u, v) = (*b - *a, *c - *a);
+            let p = along.cross(v);
+            let det = u.dot(p);
+            if det.abs() < 1e-9 {
+                return None;
+            }
+            let s = (from - *a) / det;
+            let q = s.cross(u);
+            let (x, y, far) = (s.dot(p), along.dot(q), v.dot(q));
+            let inside = x >= -1e-4 && y >= -1e-4 && x + y <= 1.0002 && far > 0.0;
+            inside.then(|| (far, u.cross(v).normalize_or_zero()))
+        };
+        let hits = self.0.iter().filter_map(hit);
+        let (far, normal) = hits.max_by(|a, b| a.0.total_cmp(&b.0))?;
+        Some((from + along * far, normal))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::silhouettes;
+
+    #[test]
+    fn every_cage_is_closed_but_for_its_underside() {
+        for shape in silhouettes::CAGED {
+            let car = HalfCar::parse(shape.cage.unwrap()).unwrap();
+            let mut edges = BTreeMap::<(u32, u32), i32>::new();
+            for (corners, _) in &car.faces {
+                for (at, a) in corners.iter().enumerate() {
+                    let b = corners[(at + 1) % corners.len()];
+                    *edges.entry(edge(*a, b)).or_default() += 1;
+                }
+            }
+            let point = |index: u32| car.points[index as usize];
+            for ((a, b), count) in edges {
+                let is_middle = point(a).y == 0.0 && point(b).y == 0.0;
+                let is_low = point(a).z.max(point(b).z) < 0.58;
+                assert!(count == 2 || count == 1 && (is_middle || is_low), "{a} {b}: {count}");
+            }
+            assert!(car.arches.iter().all(|arch| arch.len() == 2));
+        }
+    }
+
+    #[test]
+    fn broken_cages_are_refused_with_their_line() {
+        let good = "# axles 0.2 0.8\nv 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n";
+        assert_eq!(HalfCar::parse(good).unwrap().faces.len(), 1);
+        for (tail, line) in [
+            ("f 1 2 4", 6),
+            ("f 1 2", 6),
+            ("v 1 2", 6),
+            ("v 1 2 x", 6),
+            ("g wing", 6),
+            ("usemtl Chocolate", 6),
+            ("l 1 2", 6),
+            ("t crease 2/1/0 0 9 1", 6),
+            ("t corner 1/1/0 0 1", 6),
+            ("curve", 6),
+            ("# axles 0.8 0.2", 6),
+        ] {
+            assert_eq!(
+                HalfCar::parse(&format!("{good}{tail}\n")).unwrap_err().line,
+                line,
+                "{tail}"
+            );
+        }
+        assert_eq!(HalfCar::parse("").unwrap_err().what, "no axles");
+    }
+}

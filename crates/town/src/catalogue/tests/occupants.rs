@@ -1,0 +1,79 @@
+//! Vehicles that drive have a driver; parked ones are empty. Wheels stay inside their arches.
+
+use glam::Vec3;
+use mesh::{Face, Material, Mesh};
+
+use crate::catalogue::{Kind, Motion, Posture, catalogue};
+
+fn with(mesh: &Mesh, material: Material) -> Vec<(&[u32; 3], &Face)> {
+    let all = mesh.triangles.iter().zip(&mesh.faces);
+    all.filter(|(_, face)| face.material == material as u8).collect()
+}
+
+#[test]
+fn a_driven_car_has_a_driver_and_a_parked_one_has_none() {
+    let doors = |one: &&crate::Blueprint| one.rig().door_count() > 0;
+    let mut passengers = 0;
+    for one in catalogue().iter().filter(|one| one.kind == Kind::Vehicle).filter(doors) {
+        let geometry = one.geometry();
+        assert!(with(&geometry.whole, Material::Skin).is_empty(), "{}: parked", one.id);
+        for doors in [0, 1] {
+            let mut heads = 0;
+            one.rig().place(&Posture { doors, ..Posture::default() }, |piece, _| {
+                let mesh = &geometry.pieces[piece];
+                let mut skin = with(mesh, Material::Skin);
+                skin.retain(|(corners, _)| {
+                    let at = |corner: u32| Vec3::from_array(mesh.positions[corner as usize]);
+                    corners.iter().all(|corner| at(*corner).y > 0.0)
+                });
+                heads += skin.len();
+                if doors == 0 {
+                    passengers += usize::from(with(mesh, Material::Skin).len() > skin.len());
+                }
+                assert!(mesh.faces.iter().all(|face| face.tag == one.tag as u8));
+            });
+            assert!(heads > 100, "{}: {heads} triangles of a driver's skin", one.id);
+        }
+    }
+    assert!((5..25).contains(&passengers), "{passengers} vehicles with passengers");
+}
+
+#[test]
+fn occupants_are_inside_the_body() {
+    for one in catalogue().iter().filter(|one| one.rig().door_count() > 0) {
+        let [low, high] = [-1.0, 1.0].map(|side| one.center_m + one.half_extents_m * side);
+        for mesh in &one.geometry().pieces {
+            for (corners, _) in with(mesh, Material::Skin) {
+                for corner in corners {
+                    let point = Vec3::from_array(mesh.positions[*corner as usize]);
+                    let inside = point.cmpgt(low).all() && point.cmplt(high - Vec3::Z * 0.02).all();
+                    assert!(inside, "{}: {point}", one.id);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn wheels_do_not_touch_the_paint_above_them() {
+    let closed = |one: &&crate::Blueprint| one.rig().door_count() == 4;
+    for one in catalogue().iter().filter(closed) {
+        let pieces = one.rig().joints.iter().zip(&one.geometry().pieces);
+        for (joint, mesh) in pieces {
+            if !matches!(joint.motion, Motion::Shut) {
+                continue;
+            }
+            for (corners, _) in with(mesh, Material::CarPaint) {
+                for corner in corners {
+                    let point = Vec3::from_array(mesh.positions[*corner as usize]);
+                    for wheel in &one.wheels {
+                        let off = (point - wheel.position_m) * Vec3::new(1.0, 0.0, 1.0);
+                        let clear = off.length() > wheel.radius_m * 1.03;
+                        let beside = (point.y - wheel.position_m.y).abs() > wheel.width_m;
+                        assert!(clear || beside, "{}: {point} at a wheel", one.id);
+                    }
+                }
+            }
+        }
+    }
+}
