@@ -155,7 +155,10 @@ pub fn animation_pose(
     Some((0..).zip(bones).map(|(bone, (at, turn))| (bone, Pose::new(at, turn))).collect())
 }
 
-fn posture_of(state: &ActorState, limbs: Option<&WalkerLimbs>) -> Posture<'static> {
+/// Returns what moves the pieces of an actor, as the renderer shows them, without a pose that clients
+/// have set. `limbs` are those of a fallen walker.
+#[must_use]
+pub fn posture_of(state: &ActorState, limbs: Option<&WalkerLimbs>) -> Posture<'static> {
     let is_walker = state.kind == kind::WALKER;
     Posture {
         steer_rad: state.wheel_steer_rad,

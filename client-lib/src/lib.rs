@@ -45,6 +45,7 @@ mod file;
 mod flags;
 mod image;
 mod inbox;
+mod keypoints;
 mod lens;
 mod lidar_model;
 mod map_objects;
@@ -85,7 +86,7 @@ mod worlds;
 pub use actor_view::{Actor, TrafficLightState, VehicleState};
 pub use actors::{Spawn, spawn_poses};
 pub use bake::MapError;
-pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms};
+pub use bones::{BoneTransform, animation_pose, bone, bone_commands, bone_transforms, posture_of};
 pub use bundles::bundle_commands;
 pub use bus::{
     BusError, Instance, Interrupted, SequenceEvent, Spin, StageClock, Strategy, Watch, clock,
@@ -109,6 +110,10 @@ pub use flags::{
 };
 pub use glam;
 pub use image::{Image, Intrinsics, PointCloud};
+pub use keypoints::{
+    ImageKeypoint, KEYPOINT_COUNT, KEYPOINT_LINKS, KEYPOINTS, KeypointView, KeypointVisibility,
+    Keypoints, keypoints,
+};
 pub use lens::Lens;
 pub use lidar_model::{LidarModel, UnknownLidarModel};
 pub use measurement::Measurement;

@@ -10,10 +10,13 @@ use glam::Vec3;
 use mesh::RandomStream;
 use protocol::{ActorId, Plane, Pose, SensorSpec, output};
 
-use crate::{Measurement, radar_rays::RadarRays, wire};
+use crate::{LidarOptions, Measurement, Sensor, radar_rays::RadarRays};
 
 /// Angle between the rays of the grid: a quarter of a degree. Radians.
 const STEP_RAD: f32 = 0.25 * TAU / 360.0;
+
+/// Most directions of a measurement.
+const POINTS_MAX: usize = 1_000_000;
 
 /// The parameters of a radar.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,20 +46,42 @@ pub struct RadarDetection {
 }
 
 impl Radar {
+    /// Checks that the fields of view are 1° to 170°, the range 1 m to 10 km, and the points at most a
+    /// million.
+    ///
+    /// # Errors
+    ///
+    /// The first field that is out of range, and its limits.
+    pub fn check(&self) -> Result<(), String> {
+        let [horizontal, vertical] = self.fov_rad;
+        for (what, value, least, most) in [
+            ("horizontal field of view", horizontal, 0.0174, 2.968),
+            ("vertical field of view", vertical, 0.0174, 2.968),
+            ("range_m", self.range_m, 1.0, 1e4),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(format!("{what} is {value}, not {least} to {most}"));
+            }
+        }
+        if self.points > POINTS_MAX {
+            return Err(format!("points are {}, more than {POINTS_MAX}", self.points));
+        }
+        Ok(())
+    }
+
+    /// Returns the parameters of the lidar that measures the grid of rays: those of [`Radar::grid`].
+    pub fn lidar(&self) -> LidarOptions {
+        let [horizontal, vertical] = self.fov_rad;
+        let lines = |fov: f32| ((fov / STEP_RAD) as u32).clamp(16, 1024);
+        let between = [-vertical / 2.0, vertical / 2.0];
+        LidarOptions::new(lines(vertical), lines(horizontal), between, self.range_m)
+            .fov_rad(horizontal)
+    }
+
     /// Returns the lidar that measures the grid of rays.
     #[must_use]
     pub fn grid(&self, name: &str, parent_from_sensor: Pose) -> SensorSpec {
-        let [horizontal, vertical] = self.fov_rad;
-        let lines = |fov: f32| ((fov / STEP_RAD) as u32).clamp(16, 1024);
-        let spec = wire::lidar(
-            name,
-            parent_from_sensor,
-            lines(vertical),
-            lines(horizontal),
-            [-vertical / 2.0, vertical / 2.0],
-            self.range_m,
-        );
-        SensorSpec { fov_rad: horizontal, ..spec }
+        SensorSpec::from(&Sensor::lidar(name, parent_from_sensor, self.lidar()))
     }
 
     /// Returns what the rays of sensor `sensor` of a bundle, a [`Radar::grid`], met; `None` if it did not
@@ -153,6 +178,24 @@ mod tests {
         }
         // Half of the points lie within a quarter of the section.
         assert!((1850..2150).contains(&inner), "{inner}");
+    }
+
+    #[test]
+    fn the_grid_is_a_lidar_and_numbers_out_of_range_are_named() {
+        let radar = Radar { fov_rad: [0.6, 0.2], range_m: 100.0, points: 500, seed: 3 };
+        assert_eq!(radar.check(), Ok(()));
+        let spec = radar.grid("radar", Pose::IDENTITY);
+        assert_eq!((spec.width, spec.height, spec.fov_rad), (137, 45, 0.6));
+        assert_eq!([spec.lower_rad, spec.upper_rad, spec.range_m], [-0.1, 0.1, 100.0]);
+        for (wrong, said) in [
+            (Radar { fov_rad: [0.6, 3.0], ..radar }, "vertical field of view is 3, not"),
+            (Radar { fov_rad: [f32::NAN, 0.2], ..radar }, "horizontal field of view is NaN"),
+            (Radar { range_m: 0.0, ..radar }, "range_m is 0, not 1 to 10000"),
+            (Radar { points: 2_000_000, ..radar }, "points are 2000000, more than 1000000"),
+        ] {
+            let why = wrong.check().unwrap_err();
+            assert!(why.contains(said), "{why}");
+        }
     }
 
     /// Measures a wall across the road, 40 m ahead, of which the middle is the rear of a vehicle.

@@ -99,6 +99,30 @@ struct Cell {
 const MIRROR_LOSS_DB: f32 = 6.0;
 
 impl RadarReceiver {
+    /// Checks that the numbers are finite, and the frequency and the size of a cell above 0.
+    ///
+    /// # Errors
+    ///
+    /// The first field that is out of range, and its limits.
+    pub fn check(&self) -> Result<(), String> {
+        let [cell_m, cell_rad, cell_mps] = self.cell;
+        for (what, value, least, most) in [
+            ("frequency_hz", self.frequency_hz, 1e9, 1e12),
+            ("transmit_power_dbm", self.transmit_power_dbm, -200.0, 200.0),
+            ("antenna_gain_db", self.antenna_gain_db, -100.0, 100.0),
+            ("noise_dbm", self.noise_dbm, -300.0, 200.0),
+            ("snr_min_db", self.snr_min_db, -100.0, 300.0),
+            ("distance of a cell", cell_m, 0.01, 1000.0),
+            ("azimuth of a cell", cell_rad, 1e-4, 3.2),
+            ("range rate of a cell", cell_mps, 0.001, 1000.0),
+        ] {
+            if !(least..=most).contains(&value) {
+                return Err(format!("{what} is {value}, not {least} to {most}"));
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the detections of a frame, in the order of distance, azimuth and range rate; ghosts come
     /// last. `velocity_of` gives the velocity of an actor in world space, and zero for ids that are none;
     /// `carrier` is the actor with the radar, whose own body has no echo.
@@ -358,6 +382,20 @@ mod tests {
         let area: f32 = far.iter().map(|one| decibels(one.cross_section_dbsm)).sum();
         assert!((area / (3.0 * decibels(5.7)) - 1.0).abs() < 0.04, "{area} m2");
         assert!(far.iter().all(|one| one.label == CAR && !one.is_ghost));
+    }
+
+    #[test]
+    fn numbers_of_a_receiver_out_of_range_are_named() {
+        let usual = RadarReceiver::default();
+        assert_eq!(usual.check(), Ok(()));
+        for (wrong, said) in [
+            (RadarReceiver { frequency_hz: 0.0, ..usual }, "frequency_hz is 0, not"),
+            (RadarReceiver { noise_dbm: f32::NAN, ..usual }, "noise_dbm is NaN"),
+            (RadarReceiver { cell: [0.4, 0.0, 0.1], ..usual }, "azimuth of a cell is 0, not"),
+        ] {
+            let why = wrong.check().unwrap_err();
+            assert!(why.contains(said), "{why}");
+        }
     }
 
     #[test]

@@ -120,6 +120,109 @@ static void sensors(const OmnibusClient *client) {
     omnibus_destroy_bundle(roof);
 }
 
+/* A radar 20 m behind a car that drives away from it. */
+static void radar(const OmnibusClient *client) {
+    enum { POINTS = 400 };
+    static OmnibusRadarDetection detections[POINTS];
+    static OmnibusRadarTarget targets[4096];
+    uint32_t car = spawn(client);
+    const OmnibusActor *actor;
+    OmnibusBundle *bundle, *plain;
+    OmnibusMeasurement *measured, *other;
+    OmnibusData points;
+    size_t count, all, on_car = 0;
+    float strongest_db = -1000.0f;
+    OK(omnibus_actor(client, car, &actor));
+    /* Behind the car, at half its height, in world space. */
+    float w = actor->pose.rotation_xyzw[3], z = actor->pose.rotation_xyzw[2];
+    float forward[2] = {1.0f - 2.0f * z * z, 2.0f * w * z};
+    OmnibusRadar spec = {.pose = actor->pose, .fov_rad = {0.5f, 0.2f}, .range_m = 100.0f,
+                         .points = POINTS, .seed = 3, .held_max = 2};
+    for (int axis = 0; axis < 2; axis++)
+        spec.pose.position_m[axis] -= 20.0f * forward[axis];
+    spec.pose.position_m[2] += 0.7f;
+    spec.pose.rotation_xyzw[0] = spec.pose.rotation_xyzw[1] = 0.0f;
+    float length = sqrtf(z * z + w * w);
+    spec.pose.rotation_xyzw[2] = z / length;
+    spec.pose.rotation_xyzw[3] = w / length;
+    OK(omnibus_create_radar(client, "plain", 0, &spec, &plain));
+    OK(omnibus_radar_receiver(&spec.receiver));
+    EXPECT(spec.receiver.frequency_hz == 77e9f && spec.receiver.has_ghosts == 0);
+    OK(omnibus_create_radar(client, "radar", 0, &spec, &bundle));
+    OmnibusControl control = {.actor_id = car, .throttle = 1.0f};
+    OK(omnibus_control(client, &control, 1));
+    for (int i = 0; i < 40; i++)
+        OK(omnibus_tick(client, NULL));
+    OK(omnibus_latest(bundle, &measured));
+    OK(omnibus_latest(plain, &other));
+    OK(omnibus_actor(client, car, &actor));
+    float speed = actor->velocity_mps[0] * forward[0] + actor->velocity_mps[1] * forward[1];
+    EXPECT(speed > 2.0f);
+
+    OK(omnibus_radar_detections(client, measured, detections, POINTS, &count));
+    EXPECT(count > 50 && count <= POINTS);
+    for (size_t i = 0; i < count; i++) {
+        const OmnibusRadarDetection *one = &detections[i];
+        EXPECT(one->depth_m > 0.0f && one->depth_m < 100.0f);
+        EXPECT(fabsf(one->azimuth_rad) < 0.26f && fabsf(one->altitude_rad) < 0.11f);
+        if (one->instance == car) {
+            float along = cosf(one->azimuth_rad) * cosf(one->altitude_rad);
+            EXPECT(fabsf(one->velocity_mps - speed * along) < 0.1f * speed);
+        } else {
+            EXPECT(one->velocity_mps == 0.0f);
+        }
+    }
+    /* The same directions without a receiver, and fewer of them. */
+    OmnibusRadarDetection first;
+    OK(omnibus_radar_detections(client, other, &first, 1, &all));
+    EXPECT(all == count && memcmp(&first, &detections[0], sizeof first) == 0);
+    FAILS(omnibus_radar_targets(client, other, NULL, 0, &all), ARGUMENT, "has no receiver");
+
+    OK(omnibus_radar_targets(client, measured, targets, 4096, &count));
+    EXPECT(count > 0 && count <= 4096);
+    for (size_t i = 0; i < count; i++) {
+        const OmnibusRadarTarget *one = &targets[i];
+        /* The radar equation with the numbers of the receiver. */
+        float due = 12.0f + 50.0f + 20.0f * log10f(299792458.0f / 77e9f) + one->cross_section_dbsm -
+                    30.0f * log10f(12.5663706f) - 40.0f * log10f(one->detection.depth_m);
+        EXPECT(fabsf(one->power_dbm - due) < 0.02f);
+        EXPECT(one->snr_db >= 13.0f && fabsf(one->snr_db - one->power_dbm - 120.0f) < 1e-3f);
+        EXPECT(one->is_ghost == 0);
+        if (one->detection.instance == car) {
+            on_car++;
+            strongest_db = fmaxf(strongest_db, one->snr_db);
+            EXPECT(fabsf(one->detection.velocity_mps - speed) < 0.1f * speed);
+        }
+    }
+    EXPECT(on_car > 0 && strongest_db > 30.0f);
+    OK(omnibus_data(measured, OMNIBUS_OUTPUT_POINTS, &points));
+    EXPECT(points.width == 114 && points.height == 45);
+
+    /* Of another frame, of no radar, and with numbers out of range. */
+    OK(omnibus_tick(client, NULL));
+    FAILS(omnibus_radar_targets(client, measured, targets, 1, &count), ARGUMENT, "before the next tick");
+    omnibus_release(measured);
+    omnibus_release(other);
+    FAILS(omnibus_radar_detections(client, NULL, NULL, 0, &count), ARGUMENT, "measurement is NULL");
+    FAILS(omnibus_radar_receiver(NULL), ARGUMENT, "receiver is NULL");
+    OmnibusLidar lidar = {.pose = ROOF, .channels = 8, .columns = 90, .fov_rad = 6.283f,
+                          .upper_rad = 0.1f, .range_m = 50.0f, .held_max = 1,
+                          .outputs = OMNIBUS_OUTPUT_POINTS | OMNIBUS_OUTPUT_LABELS};
+    OmnibusBundle *roof;
+    OK(omnibus_create_lidar(client, "roof", car, &lidar, &roof));
+    OK(omnibus_tick(client, NULL));
+    OK(omnibus_latest(roof, &measured));
+    FAILS(omnibus_radar_detections(client, measured, NULL, 0, &count), ARGUMENT, "not that of a radar");
+    omnibus_release(measured);
+    omnibus_destroy_bundle(roof);
+    spec.receiver.cell[1] = 0.0f;
+    FAILS(omnibus_create_radar(client, "x", 0, &spec, &roof), ARGUMENT, "azimuth of a cell is 0");
+    spec.fov_rad[0] = 4.0f;
+    FAILS(omnibus_create_radar(client, "x", 0, &spec, &roof), ARGUMENT, "field of view is 4");
+    omnibus_destroy_bundle(bundle);
+    omnibus_destroy_bundle(plain);
+}
+
 static void wrong(const OmnibusClient *client) {
     OmnibusPose place, bad = ROOF;
     OmnibusWorld world;
@@ -265,6 +368,8 @@ int main(int argc, char **argv) {
     OK(omnibus_synchronise(client, 0.05));
     if (strcmp(argv[2], "sensors") == 0) {
         sensors(client);
+    } else if (strcmp(argv[2], "radar") == 0) {
+        radar(client);
     } else if (strcmp(argv[2], "wrong") == 0) {
         wrong(client);
     } else {

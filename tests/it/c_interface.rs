@@ -117,6 +117,11 @@ fn c_reads_what_sensors_measured_until_it_releases_it() {
 }
 
 #[test]
+fn a_radar_in_c_detects_a_car_that_drives_away() {
+    plays("a_radar_in_c_detects_a_car_that_drives_away", "radar");
+}
+
+#[test]
 fn wrong_uses_of_the_c_interface_get_a_status_and_a_text() {
     plays("wrong_uses_of_the_c_interface_get_a_status_and_a_text", "wrong");
 }

@@ -107,7 +107,7 @@ fn scenes() -> &'static Path {
                 .args(["collect", "--map", map, "--seed", seed, "--device", "cpu", "--out"])
                 .arg(root.join(scene))
                 .args(["--vehicles", "60", "--walkers", "30", "--frames", "6", "--every", "5"])
-                .args(["--width", "320", "--height", "240", "--sensors"])
+                .args(["--width", "320", "--height", "240", "--amodal-masks", "--sensors"])
                 .arg(&sensors)
                 .output()
                 .unwrap();

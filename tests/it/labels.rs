@@ -138,7 +138,8 @@ fn every_kind_of_fault_is_found_and_named() {
     let scratch = Scratch::new();
     let set = scratch.path().join("set");
     let small = ["--map", small_map(), "--vehicles", "5", "--width", "160", "--height", "120"];
-    let frames = collect(&set, &[&small[..], &["--frames", "3", "--every", "5"]].concat());
+    let frames =
+        collect(&set, &[&small[..], &["--frames", "3", "--every", "5", "--amodal-masks"]].concat());
     let (status, text) = verify(&set);
     assert_eq!(status, Some(0), "{text}");
     assert!(text.starts_with("3 frames, ") && text.contains(", no fault"), "{text}");
@@ -194,6 +195,12 @@ fn every_kind_of_fault_is_found_and_named() {
     fs::write(&path, wrong).unwrap();
     let of_frame = format!("frame {frame}, front, id ");
     find(&of_frame, &["boxes that disagree with the instance image"]);
+    let (before, rest) = sound.split_once("\"unoccluded_px\":").unwrap();
+    fs::write(&path, format!("{before}\"unoccluded_px\":1{rest}")).unwrap();
+    find(&of_frame, &["masks that disagree with the instance image"]);
+    let (before, rest) = sound.split_once("\"px\":[[").expect("a pedestrian is in view");
+    fs::write(&path, format!("{before}\"px\":[[9{rest}")).unwrap();
+    find(&of_frame, &["keypoints that disagree with the instance image"]);
     let (before, rest) = sound.split_once("\"lidar_points\":{\"lidar\":").unwrap();
     let (_, rest) = rest.split_once('}').unwrap();
     fs::write(&path, format!("{before}\"lidar_points\":{{\"lidar\":9999}}{rest}")).unwrap();

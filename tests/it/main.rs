@@ -3,6 +3,7 @@
 // The examples name the client library by its package.
 extern crate client_lib as omnibus_client_lib;
 
+mod keypoints;
 mod kit;
 
 mod allocations;

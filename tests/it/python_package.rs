@@ -120,6 +120,16 @@ fn python_s_views_are_valid_while_they_are_referenced() {
 }
 
 #[test]
+fn python_s_radars_detect_a_car_that_drives_away() {
+    run("python_s_radars_detect_a_car_that_drives_away", "radar.py", &[]);
+}
+
+#[test]
+fn python_s_keypoints_are_those_of_the_walker_that_a_camera_sees() {
+    run("python_s_keypoints_are_those_of_the_walker_that_a_camera_sees", "labels.py", &[]);
+}
+
+#[test]
 fn python_s_simulators_end_and_nothing_hangs_or_crashes() {
     run("python_s_simulators_end_and_nothing_hangs_or_crashes", "processes.py", &[]);
 }

@@ -79,7 +79,7 @@
  * The version of the declarations in this header. omnibus_connect() compares it with that of the
  * library.
  */
-#define OMNIBUS_INTERFACE 3
+#define OMNIBUS_INTERFACE 4
 
 /**
  * A car, truck, bus, motorcycle or bicycle.
@@ -284,7 +284,7 @@ typedef enum OmnibusStatus {
 } OmnibusStatus;
 
 /**
- * A camera or lidar in the simulator, and the stream of its measurements. One thread at a time
+ * A camera, lidar or radar in the simulator, and the stream of its measurements. One thread at a time
  * uses it.
  */
 typedef struct OmnibusBundle OmnibusBundle;
@@ -725,6 +725,132 @@ typedef struct OmnibusData {
   struct OmnibusPose world_from_sensor;
 } OmnibusData;
 
+/**
+ * The receiver of a radar, which adds up the echoes of each cell by the radar equation; docs/sensors.md
+ * has the formulas. omnibus_radar_receiver() sets all fields.
+ */
+typedef struct OmnibusRadarReceiver {
+  /**
+   * Carrier frequency, hertz. 0: the radar has no receiver.
+   */
+  float frequency_hz;
+  /**
+   * Transmitted power, decibels above a milliwatt.
+   */
+  float transmit_power_dbm;
+  /**
+   * Gain of each of the two antennas, decibels.
+   */
+  float antenna_gain_db;
+  /**
+   * Noise of a cell, with the losses and after integration, decibels above a milliwatt.
+   */
+  float noise_dbm;
+  /**
+   * Least ratio of signal to noise of a detection, decibels.
+   */
+  float snr_min_db;
+  /**
+   * Size of a cell: distance in metres, azimuth in radians, range rate in metres per second.
+   */
+  float cell[3];
+  /**
+   * Not 0: walls that mirror the beam show ghosts of actors behind them.
+   */
+  uint32_t has_ghosts;
+} OmnibusRadarReceiver;
+
+/**
+ * A radar.
+ */
+typedef struct OmnibusRadar {
+  /**
+   * parent_from_sensor: in the space of the actor that carries it. Sensor space is x forward,
+   * y left, z up.
+   */
+  struct OmnibusPose pose;
+  /**
+   * Horizontal and vertical field of view, radians, 1 to 170 degrees.
+   */
+  float fov_rad[2];
+  /**
+   * The distance up to which it detects, metres.
+   */
+  float range_m;
+  /**
+   * Directions of omnibus_radar_detections(); those that meet nothing give no detection.
+   */
+  uint32_t points;
+  /**
+   * Seed of the directions.
+   */
+  uint64_t seed;
+  /**
+   * How many measurements may be held at a time, 1 to OMNIBUS_HELD_MAX.
+   */
+  uint32_t held_max;
+  /**
+   * Receiver, for omnibus_radar_targets(); all 0: none.
+   */
+  struct OmnibusRadarReceiver receiver;
+} OmnibusRadar;
+
+/**
+ * What a radar met in one direction.
+ */
+typedef struct OmnibusRadarDetection {
+  /**
+   * Range rate, negative for what comes nearer, m/s.
+   */
+  float velocity_mps;
+  /**
+   * Angle from the x axis of sensor space in its xy plane, positive to the left, radians.
+   */
+  float azimuth_rad;
+  /**
+   * Angle from the xy plane, positive upwards, radians.
+   */
+  float altitude_rad;
+  /**
+   * Distance, metres.
+   */
+  float depth_m;
+  /**
+   * The actor's id, or that of a static object with the top bit set.
+   */
+  uint32_t instance;
+  /**
+   * The semantic tag.
+   */
+  uint32_t tag;
+} OmnibusRadarDetection;
+
+/**
+ * A cell that the receiver of a radar detected.
+ */
+typedef struct OmnibusRadarTarget {
+  /**
+   * Mean of the cell by power, and the actor or object of its strongest part.
+   */
+  struct OmnibusRadarDetection detection;
+  /**
+   * Received power, decibels above a milliwatt.
+   */
+  float power_dbm;
+  /**
+   * Ratio of signal to noise, decibels.
+   */
+  float snr_db;
+  /**
+   * Cross-section, decibels above a square metre.
+   */
+  float cross_section_dbsm;
+  /**
+   * Not 0: a wall mirrored it.
+   */
+  uint32_t is_ghost;
+} OmnibusRadarTarget;
+
 #ifdef __cplusplus
 extern "C" {
 #endif // __cplusplus
@@ -946,6 +1072,45 @@ void omnibus_release(struct OmnibusMeasurement *measurement);
  * Destroys a bundle; NULL is ignored. Its measurements stay valid until they are released.
  */
 void omnibus_destroy_bundle(struct OmnibusBundle *bundle);
+
+/**
+ * Sets a receiver to that of a long-range radar of 77 GHz, which detects a car of 10 square metres up to
+ * 280 m; cells of 0.4 m, 1.6 degrees and 0.1 m/s; no ghosts.
+ */
+enum OmnibusStatus omnibus_radar_receiver(struct OmnibusRadarReceiver *receiver);
+
+/**
+ * Mounts a radar: as omnibus_create_camera(). Its rays are those of a lidar: omnibus_data() has
+ * OMNIBUS_OUTPUT_POINTS and OMNIBUS_OUTPUT_LABELS of its measurements.
+ */
+enum OmnibusStatus omnibus_create_radar(const struct OmnibusClient *client,
+                                        const char *name,
+                                        uint32_t parent,
+                                        const struct OmnibusRadar *radar,
+                                        struct OmnibusBundle **bundle);
+
+/**
+ * Writes up to `capacity` detections of a radar to `detections`, one for each of its random directions
+ * that met something, and the number of all to `*count`; at most OmnibusRadar.points. The client must have
+ * taken in the frame of the measurement, whose velocities are used. With a capacity of 0, `detections` may
+ * be NULL.
+ */
+enum OmnibusStatus omnibus_radar_detections(const struct OmnibusClient *client,
+                                            const struct OmnibusMeasurement *measurement,
+                                            struct OmnibusRadarDetection *detections,
+                                            size_t capacity,
+                                            size_t *count);
+
+/**
+ * Writes up to `capacity` cells that the receiver of a radar detected to `targets`, in the order of
+ * distance, azimuth and range rate, ghosts last, and the number of all to `*count`. Otherwise as
+ * omnibus_radar_detections().
+ */
+enum OmnibusStatus omnibus_radar_targets(const struct OmnibusClient *client,
+                                         const struct OmnibusMeasurement *measurement,
+                                         struct OmnibusRadarTarget *targets,
+                                         size_t capacity,
+                                         size_t *count);
 
 #ifdef __cplusplus
 }  // extern "C"

@@ -21,6 +21,7 @@ use client_lib::{
 use crate::{
     argument::{place, text, values},
     client::{OmnibusClient, enter, lock},
+    radar_model::RadarModel,
     status::{Fault, OmnibusStatus, call},
     world::OmnibusPose,
 };
@@ -276,12 +277,14 @@ pub struct OmnibusLidar {
     pub elevations_rad: *const f32,
 }
 
-/// A camera or lidar in the simulator, and the stream of its measurements. One thread at a time
+/// A camera, lidar or radar in the simulator, and the stream of its measurements. One thread at a time
 /// uses it.
 pub struct OmnibusBundle {
     bundle: Mutex<SensorBundle>,
     held: Arc<AtomicU32>,
     held_max: u32,
+    /// If it is a radar.
+    radar: Option<RadarModel>,
 }
 
 impl OmnibusBundle {
@@ -304,7 +307,8 @@ impl OmnibusBundle {
         let measured = receive(&mut bundle)?;
         Ok(measured.map(|measured| {
             self.held.fetch_add(1, Ordering::AcqRel);
-            Box::new(OmnibusMeasurement { measured, held: Arc::clone(&self.held) })
+            let (held, radar) = (Arc::clone(&self.held), self.radar);
+            Box::new(OmnibusMeasurement { measured, held, radar })
         }))
     }
 }
@@ -312,9 +316,11 @@ impl OmnibusBundle {
 /// What a bundle measured at one frame, in the renderer's own memory. Any number of threads may
 /// read it.
 pub struct OmnibusMeasurement {
-    measured: Measurement,
+    pub(crate) measured: Measurement,
     /// Of its bundle.
     held: Arc<AtomicU32>,
+    /// Of its bundle.
+    pub(crate) radar: Option<RadarModel>,
 }
 
 impl Drop for OmnibusMeasurement {
@@ -344,11 +350,12 @@ pub struct OmnibusData {
     pub world_from_sensor: OmnibusPose,
 }
 
-fn create(
+pub(crate) fn create(
     client: Option<&OmnibusClient>,
     parent: u32,
     sensor: Sensor,
     held_max: u32,
+    radar: Option<RadarModel>,
     bundle: Option<&mut MaybeUninit<Box<OmnibusBundle>>>,
 ) -> Result<(), Fault> {
     let place = place(bundle, "bundle")?;
@@ -364,6 +371,7 @@ fn create(
         bundle: Mutex::new(created),
         held: Arc::default(),
         held_max,
+        radar,
     }));
     Ok(())
 }
@@ -394,7 +402,7 @@ pub extern "C" fn omnibus_create_camera(
             .lens(lens.checked()?)
             .effects(effects.checked()?);
         let sensor = Sensor::new(text(name, "name")?, pose.checked("pose")?, options);
-        create(client, parent, sensor, held_max, bundle)
+        create(client, parent, sensor, held_max, None, bundle)
     })
 }
 
@@ -423,7 +431,7 @@ pub extern "C" fn omnibus_create_lidar(
             .elevations(lidar.elevations()?)
             .outputs(outputs);
         let sensor = Sensor::lidar(text(name, "name")?, lidar.pose.checked("pose")?, options);
-        create(client, parent, sensor, lidar.held_max, bundle)
+        create(client, parent, sensor, lidar.held_max, None, bundle)
     })
 }
 

@@ -17,7 +17,7 @@ use crate::{
 
 /// The version of the declarations in this header. omnibus_connect() compares it with that of the
 /// library.
-pub const OMNIBUS_INTERFACE: u32 = 3;
+pub const OMNIBUS_INTERFACE: u32 = 4;
 
 /// A connection to a running simulator. One thread at a time uses it: a call while another thread
 /// is inside a call returns OMNIBUS_STATUS_NOT_ALLOWED.

@@ -5,7 +5,7 @@ use std::{env, fs, path::Path};
 use cbindgen::{Builder, Config, DocumentationStyle, EnumConfig, Language, RenameRule, Style};
 
 /// The files with declarations, in the order of the header.
-const SOURCES: [&str; 6] = ["status", "client", "world", "actors", "map", "bundle"];
+const SOURCES: [&str; 7] = ["status", "client", "world", "actors", "map", "bundle", "radar"];
 
 const HEAD: &str = "\
 /*

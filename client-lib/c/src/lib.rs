@@ -9,6 +9,8 @@ mod argument;
 pub mod bundle;
 pub mod client;
 pub mod map;
+pub mod radar;
+mod radar_model;
 pub mod status;
 pub mod world;
 

@@ -12,6 +12,7 @@ use crate::{
     error::{NotAllowedError, ViewLimitError, error},
     measurement::{Data, Measurement},
     owned::Owned,
+    radar,
     storage::HeldCount,
     wait::{Cancel, Limit, wait},
 };
@@ -44,6 +45,8 @@ impl WhenFull {
 pub(crate) struct BundleState {
     name: String,
     sensors: Arc<[SensorSpec]>,
+    /// By sensor; `None` for those that are no radars.
+    radars: Arc<[Option<radar::Model>]>,
     stream: Mutex<Option<Owned<SensorBundle>>>,
     held: HeldCount,
     views_max: usize,
@@ -57,6 +60,7 @@ impl BundleState {
         name: &str,
         parent: Option<u32>,
         sensors: Vec<Sensor>,
+        radars: Vec<Option<radar::Model>>,
         view_mib: f64,
         when_full: &str,
     ) -> PyResult<Arc<BundleState>> {
@@ -76,6 +80,7 @@ impl BundleState {
         Ok(Arc::new(BundleState {
             name: name.to_owned(),
             sensors,
+            radars: radars.into(),
             stream: Mutex::new(Some(stream)),
             held: HeldCount::default(),
             views_max: borrowed as usize - 1,
@@ -116,12 +121,12 @@ impl BundleState {
     }
 
     fn take(&self, measured: client_lib::Measurement) -> PyResult<Arc<Data>> {
-        let sensors = Arc::clone(&self.sensors);
+        let (sensors, radars) = (Arc::clone(&self.sensors), Arc::clone(&self.radars));
         if self.held.get() < self.views_max {
-            return Ok(Arc::new(Data::view(measured, sensors, self.held.hold())));
+            return Ok(Arc::new(Data::view(measured, sensors, radars, self.held.hold())));
         }
         self.check_room()?;
-        Ok(Arc::new(Data::copy(&measured, sensors)))
+        Ok(Arc::new(Data::copy(&measured, sensors, radars)))
     }
 
     /// What was measured at `frame`, in the world of number `episode`.

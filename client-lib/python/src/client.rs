@@ -15,6 +15,7 @@ use crate::{
     bundle::{Bundle, BundleState, Bundles},
     core::Core,
     error::error,
+    keypoints::Keypoints,
     map::Map,
     measurement::Measurement,
     pose::PyPose,
@@ -321,6 +322,10 @@ impl Client {
         self.core.with(py, |client| client.control(&[control]))
     }
 
+    fn keypoints(&self, py: Python<'_>, actor_id: u32) -> PyResult<Keypoints> {
+        self.core.with(py, |client| client.keypoints(ActorId(actor_id))).map(Keypoints)
+    }
+
     fn set_weather(&self, py: Python<'_>, weather: &Bound<'_, PyAny>) -> PyResult<()> {
         let field = |name: &str| weather.getattr(name)?.extract::<f32>();
         let weather = Weather {
@@ -347,9 +352,11 @@ impl Client {
         view_mib: f64,
         when_full: &str,
     ) -> PyResult<Bundle> {
+        let radars = sensors.iter().map(sensor::radar).collect::<PyResult<_>>()?;
         let sensors: Vec<Sensor> = sensors.iter().map(sensor::sensor).collect::<PyResult<_>>()?;
         let core = &self.core;
-        let state = BundleState::create(core, py, name, parent, sensors, view_mib, when_full)?;
+        let state =
+            BundleState::create(core, py, name, parent, sensors, radars, view_mib, when_full)?;
         self.open_bundles.add(&state);
         Ok(self.bundle(state))
     }

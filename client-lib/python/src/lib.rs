@@ -12,12 +12,15 @@ mod client;
 mod core;
 mod environment;
 mod error;
+mod fields;
+mod keypoints;
 mod map;
 mod measurement;
 mod numpy;
 mod owned;
 mod pose;
 mod projection;
+mod radar;
 mod recorder;
 mod sensor;
 mod storage;
@@ -29,7 +32,7 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _omnibus {
-    use pyo3::prelude::*;
+    use pyo3::{prelude::*, types::PyTuple};
 
     #[pymodule_export]
     use super::array::Memory;
@@ -39,6 +42,8 @@ mod _omnibus {
     use super::client::Client;
     #[pymodule_export]
     use super::environment::{Environment, EnvironmentMap};
+    #[pymodule_export]
+    use super::keypoints::Keypoints;
     #[pymodule_export]
     use super::map::{LanePoint, Map};
     #[pymodule_export]
@@ -59,6 +64,9 @@ mod _omnibus {
     #[pymodule_init]
     fn init(module: &Bound<'_, PyModule>) -> PyResult<()> {
         module.add("VERSION", env!("CARGO_PKG_VERSION"))?;
+        module.add("KEYPOINTS", PyTuple::new(module.py(), client_lib::KEYPOINTS)?)?;
+        let links = client_lib::KEYPOINT_LINKS.map(|[from, to]| (from, to));
+        module.add("KEYPOINT_LINKS", PyTuple::new(module.py(), links)?)?;
         module.add("BUILD", client_lib::VERSION)
     }
 }

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
+use bytemuck::{Pod, bytes_of, cast_slice, pod_read_unaligned};
 use client_lib::{
-    ActorId, LidarOutputs,
+    ActorId, KeypointView, LidarOutputs, Projection, Radar, RadarRays,
+    glam::Vec3,
     wire::{BundleHeader, Plane, SensorSpec, output, sensor},
 };
 use pyo3::{
@@ -16,8 +17,9 @@ use pyo3::{
 use crate::{
     array::{Bytes, F32, ItemType, U8, U32},
     owned::Owned,
-    pose,
+    pose, radar,
     storage::{Copied, Held},
+    world::World,
 };
 
 enum Place {
@@ -29,6 +31,8 @@ enum Place {
 pub(crate) struct Data {
     header: BundleHeader,
     sensors: Arc<[SensorSpec]>,
+    /// By sensor; `None` for those that are no radars.
+    radars: Arc<[Option<radar::Model>]>,
     place: Place,
 }
 
@@ -36,16 +40,21 @@ impl Data {
     pub(crate) fn view(
         measured: client_lib::Measurement,
         sensors: Arc<[SensorSpec]>,
+        radars: Arc<[Option<radar::Model>]>,
         held: Held,
     ) -> Data {
         let header = *measured.header();
-        Data { header, sensors, place: Place::View(Owned::new(measured), held) }
+        Data { header, sensors, radars, place: Place::View(Owned::new(measured), held) }
     }
 
-    pub(crate) fn copy(measured: &client_lib::Measurement, sensors: Arc<[SensorSpec]>) -> Data {
+    pub(crate) fn copy(
+        measured: &client_lib::Measurement,
+        sensors: Arc<[SensorSpec]>,
+        radars: Arc<[Option<radar::Model>]>,
+    ) -> Data {
         let header = *measured.header();
         let used = &measured.bytes()[..header.byte_len as usize];
-        Data { header, sensors, place: Place::Copy(Copied::new(used)) }
+        Data { header, sensors, radars, place: Place::Copy(Copied::new(used)) }
     }
 
     pub(crate) fn frame(&self) -> u64 {
@@ -175,17 +184,20 @@ impl Measurement {
     }
 
     fn copy(&self) -> Measurement {
-        let Data { header, ref sensors, .. } = *self.data;
+        let Data { header, ref sensors, ref radars, .. } = *self.data;
+        let (sensors, radars) = (Arc::clone(sensors), Arc::clone(radars));
         let place = Place::Copy(Copied::new(self.data.bytes()));
-        Measurement { data: Arc::new(Data { header, sensors: Arc::clone(sensors), place }) }
+        Measurement { data: Arc::new(Data { header, sensors, radars, place }) }
     }
 
     #[classmethod]
+    #[pyo3(signature = (header, sensors, bytes, radars=Vec::new()))]
     fn _from_bytes(
         _cls: &Bound<'_, PyType>,
         header: &[u8],
         sensors: &[u8],
         bytes: &[u8],
+        radars: Vec<Option<radar::Numbers>>,
     ) -> PyResult<Measurement> {
         let refuse = || {
             PyValueError::new_err(
@@ -194,7 +206,7 @@ impl Measurement {
             )
         };
         if header.len() != size_of::<BundleHeader>()
-            || !sensors.len().is_multiple_of(size_of::<SensorSpec>())
+            || sensors.len() != radars.len() * size_of::<SensorSpec>()
         {
             return Err(refuse());
         }
@@ -204,8 +216,13 @@ impl Measurement {
             return Err(refuse());
         }
         let sensors = sensors.chunks_exact(size_of::<SensorSpec>()).map(pod_read_unaligned);
-        let data =
-            Data { header, sensors: sensors.collect(), place: Place::Copy(Copied::new(bytes)) };
+        let radars = radars.into_iter().map(|numbers| numbers.map(radar::Model::from_numbers));
+        let data = Data {
+            header,
+            sensors: sensors.collect(),
+            radars: radars.collect(),
+            place: Place::Copy(Copied::new(bytes)),
+        };
         let fits = |plane: &Plane| {
             (plane.sensor as usize) < data.sensors.len()
                 && plane
@@ -224,13 +241,19 @@ impl Measurement {
         slf: &Bound<'py, Self>,
     ) -> PyResult<(
         Bound<'py, PyAny>,
-        (Bound<'py, PyBytes>, Bound<'py, PyBytes>, Bound<'py, PyBytes>),
+        (
+            Bound<'py, PyBytes>,
+            Bound<'py, PyBytes>,
+            Bound<'py, PyBytes>,
+            Vec<Option<radar::Numbers>>,
+        ),
     )> {
         let (py, data) = (slf.py(), &slf.get().data);
         let header = PyBytes::new(py, bytes_of(&data.header));
         let sensors = PyBytes::new(py, cast_slice(&data.sensors));
         let bytes = PyBytes::new(py, data.bytes());
-        Ok((slf.get_type().getattr("_from_bytes")?, (header, sensors, bytes)))
+        let radars = data.radars.iter().map(|model| model.map(|model| model.numbers())).collect();
+        Ok((slf.get_type().getattr("_from_bytes")?, (header, sensors, bytes, radars)))
     }
 
     fn __repr__(&self) -> String {
@@ -327,6 +350,72 @@ impl Reading {
         let shape = if channels == 0 { &shape[..2] } else { &shape[..] };
         kind.array(py, Arc::clone(&self.data) as _, plane.offset as usize, shape)
     }
+
+    /// The plane and the values of an output, if the sensor measured it.
+    fn values<T: Pod>(&self, output: u32) -> Option<(&Plane, &[T])> {
+        let plane = self.plane(|plane| plane.output == output)?;
+        let bytes = &self.data.bytes()[plane.offset as usize..][..plane.byte_len as usize];
+        Some((plane, cast_slice(bytes)))
+    }
+
+    /// Calls `look` with the images of a camera that say what it shows.
+    pub(crate) fn with_keypoint_view<T>(
+        &self,
+        look: impl FnOnce(&KeypointView<'_>) -> T,
+    ) -> PyResult<T> {
+        let spec = &self.data.sensors[self.index];
+        if spec.kind != sensor::CAMERA {
+            let why = format!("sensor {:?} is no camera", self.name());
+            return Err(PyAttributeError::new_err(why));
+        }
+        let (plane, instances) = self.values(output::INSTANCE).ok_or_else(|| {
+            PyAttributeError::new_err(format!(
+                "sensor {:?} does not measure instances; add it to the sensor's outputs",
+                self.name()
+            ))
+        })?;
+        let projection = Projection::of(spec).map_err(PyValueError::new_err)?;
+        Ok(look(&KeypointView {
+            projection: &projection,
+            world_from_sensor: plane.world_from_sensor,
+            size_px: [plane.width, plane.height],
+            instances,
+            depth: self.values(output::DEPTH).map(|(_, depth)| depth),
+        }))
+    }
+
+    fn radar(&self) -> PyResult<&radar::Model> {
+        self.data.radars[self.index].as_ref().ok_or_else(|| {
+            PyAttributeError::new_err(format!("sensor {:?} is no radar", self.name()))
+        })
+    }
+
+    /// What a radar met, with the velocities of `world`.
+    fn met<'a>(
+        &'a self,
+        radar: &Radar,
+        world: &'a World,
+    ) -> PyResult<radar::Met<'a, impl Fn(ActorId) -> Vec3 + 'a>> {
+        let header = &self.data.header;
+        if world.stamp() != header.stamp {
+            return Err(PyValueError::new_err(format!(
+                "the world is at frame {}, the reading of frame {}; use both of one tick",
+                world.stamp().frame.0,
+                header.stamp.frame.0
+            )));
+        }
+        let (points, labels) = (self.values(output::POINTS), self.values(output::LABELS));
+        let (Some((plane, points)), Some((_, labels))) = (points, labels) else {
+            let why = format!("sensor {:?} did not measure at this frame", self.name());
+            return Err(PyAttributeError::new_err(why));
+        };
+        Ok(radar::Met {
+            rays: RadarRays { plane, fov_rad: radar.fov_rad, points, labels },
+            time_nanos: header.stamp.sim_time_nanos,
+            velocity_of: |id| world.velocity_of(id),
+            carrier: header.parent,
+        })
+    }
 }
 
 #[pymethods]
@@ -400,6 +489,24 @@ impl Reading {
     #[getter]
     fn last_labels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.array(py, "last_labels", output::LAST_LABELS, &U32, 2)
+    }
+
+    /// Radar: what it detected in its random directions.
+    fn detections<'py>(&self, py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyAny>> {
+        let radar = &self.radar()?.radar;
+        self.met(radar, world)?.detections(py, radar)
+    }
+
+    /// Radar with a receiver: the cells that it detected.
+    fn targets<'py>(&self, py: Python<'py>, world: &World) -> PyResult<Bound<'py, PyAny>> {
+        let radar::Model { radar, receiver } = self.radar()?;
+        let receiver = receiver.as_ref().ok_or_else(|| {
+            PyAttributeError::new_err(format!(
+                "radar {:?} has no receiver; set it when the radar is created",
+                self.name()
+            ))
+        })?;
+        self.met(radar, world)?.targets(py, receiver)
     }
 
     #[getter]

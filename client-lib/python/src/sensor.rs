@@ -5,35 +5,11 @@ use std::time::Duration;
 use client_lib::{
     CameraEffects, CameraOptions, CameraOutputs, Elevations, Exposure, GnssOptions, ImuOptions,
     Intrinsics, Lens, LidarModel, LidarOptions, LidarOutputs, ObstacleOptions, OdometryOptions,
-    PointAttribute, Quality, Sensor, SensorKind, ToneCurve, glam::Vec3,
+    PointAttribute, Quality, Sensor, SensorKind, ToneCurve,
 };
 use pyo3::{exceptions::PyValueError, prelude::*, types::PyDict};
 
-use crate::{pose::PyPose, wait::seconds};
-
-/// Reads an attribute of a dataclass.
-struct Fields<'a, 'py>(&'a Bound<'py, PyAny>);
-
-impl Fields<'_, '_> {
-    fn get<T>(&self, name: &str) -> PyResult<T>
-    where
-        T: for<'a, 'py> FromPyObject<'a, 'py, Error = PyErr>,
-    {
-        let value = self.0.getattr(name)?;
-        value.extract().map_err(|e: PyErr| {
-            let kind = self.0.get_type();
-            PyValueError::new_err(format!("{kind}: {name} is {value}: {e}"))
-        })
-    }
-
-    fn vector(&self, name: &str) -> PyResult<Vec3> {
-        self.0.getattr(name)?.extract::<[f32; 3]>().map(Vec3::from_array)
-    }
-
-    fn names(&self, name: &str) -> PyResult<Vec<String>> {
-        self.0.getattr(name)?.extract()
-    }
-}
+use crate::{fields::Fields, pose::PyPose, radar, wait::seconds};
 
 /// Combines the outputs of these names.
 fn outputs<T: Copy>(
@@ -61,6 +37,7 @@ pub(crate) fn sensor(object: &Bound<'_, PyAny>) -> PyResult<Sensor> {
     let kind: SensorKind = match kind.as_str() {
         "camera" => camera(&fields)?.into(),
         "lidar" => lidar(&fields)?.into(),
+        "radar" => radar::Model::of(&fields)?.radar.lidar().into(),
         "imu" => ImuOptions::default()
             .accelerometer_stddev(fields.vector("accelerometer_stddev_mps2")?)
             .gyroscope_stddev(fields.vector("gyroscope_stddev_radps")?)
@@ -101,6 +78,16 @@ pub(crate) fn sensor(object: &Bound<'_, PyAny>) -> PyResult<Sensor> {
     let period: f64 = fields.get("period_secs")?;
     sensor.period = Some(seconds("period_secs", period)?).filter(|period| *period > Duration::ZERO);
     Ok(sensor)
+}
+
+/// Returns the radar of a Python dataclass; `None` for other sensors.
+pub(crate) fn radar(object: &Bound<'_, PyAny>) -> PyResult<Option<radar::Model>> {
+    let kind = object.getattr("kind").and_then(|kind| kind.extract::<String>());
+    match kind.as_deref() {
+        Ok("radar") => radar::Model::of(&Fields(object)).map(Some),
+        // What is no sensor at all is an error elsewhere.
+        _ => Ok(None),
+    }
 }
 
 fn camera(fields: &Fields<'_, '_>) -> PyResult<CameraOptions> {

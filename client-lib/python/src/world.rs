@@ -3,7 +3,11 @@
 use std::sync::Arc;
 
 use bytemuck::{bytes_of, cast_slice, pod_read_unaligned};
-use client_lib::wire::SnapshotHeader;
+use client_lib::{
+    ActorId,
+    glam::Vec3,
+    wire::{SnapshotHeader, Stamp},
+};
 use protocol::ActorState;
 use pyo3::{
     exceptions::{PyKeyError, PyValueError},
@@ -98,6 +102,17 @@ pub(crate) struct World {
 impl World {
     pub(crate) fn new(snapshot: Arc<Snapshot>) -> World {
         World { snapshot, actors: PyOnceLock::new() }
+    }
+
+    pub(crate) fn stamp(&self) -> Stamp {
+        self.snapshot.header.stamp
+    }
+
+    /// The velocity of an actor in world space; zero if there is none of this id.
+    pub(crate) fn velocity_of(&self, id: ActorId) -> Vec3 {
+        let states = self.snapshot.states();
+        let found = states.binary_search_by_key(&id, |state| state.actor_id);
+        found.map_or(Vec3::ZERO, |index| states[index].velocity())
     }
 
     fn array<'py>(&self, py: Python<'py>) -> PyResult<&Bound<'py, PyAny>> {

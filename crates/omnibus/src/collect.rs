@@ -29,6 +29,7 @@ mod frame_list;
 mod image_storage;
 mod inspect;
 mod job;
+mod label_settings;
 pub(crate) mod map_lines;
 mod metadata;
 pub(crate) mod npy;
@@ -38,6 +39,7 @@ mod outline;
 
 mod plan;
 mod progress;
+pub(crate) mod rle;
 mod road_users;
 mod run;
 mod scenes;
@@ -51,6 +53,7 @@ mod stages;
 pub(crate) mod testing;
 mod tracks;
 mod verify;
+mod verify_labels;
 mod visibility;
 
 pub(crate) use actors::{EGO, places};

@@ -65,6 +65,12 @@ def slack_px(actor: dict, height_px: float) -> float:
     return 1.5 + (0.25 * height_px if actor["tag_name"] == "Pedestrian" else 0)
 
 
+def views(scene: Scene, camera: str, frame: int) -> dict[int, dict]:
+    """Returns what the boxes of a frame say of a camera's image, by the id of the actor or object."""
+    boxes = scene.boxes(frame)
+    return {box["actor_id"]: box["cameras"][camera] for box in boxes if camera in box["cameras"]}
+
+
 def scenes(folder: str) -> list[Scene]:
     """Returns the data sets in `scene-*` of a folder."""
     found = [Scene(path) for path in sorted(pathlib.Path(folder).glob("scene-*"))]

@@ -9,9 +9,12 @@ from typing import TYPE_CHECKING
 from . import carla_axes, errors, sensors
 from ._omnibus import (
     BUILD,
+    KEYPOINT_LINKS,
+    KEYPOINTS,
     VERSION,
     Bundle,
     Cancel,
+    Keypoints,
     LanePoint,
     Map,
     Measurement,
@@ -48,6 +51,8 @@ __version__ = VERSION
 __build__ = BUILD
 
 __all__ = [
+    "KEYPOINTS",
+    "KEYPOINT_LINKS",
     "Blueprint",
     "BuildError",
     "Bundle",
@@ -56,6 +61,7 @@ __all__ = [
     "Client",
     "Frame",
     "FrameIncompleteError",
+    "Keypoints",
     "LanePoint",
     "Listener",
     "Map",

@@ -18,6 +18,11 @@ VERSION: str
 #: Version and build, as ``omnibus --version`` prints them.
 BUILD: str
 
+#: The names of COCO's keypoints in their order, and the pairs of them that its skeleton connects, counted
+#: from 1.
+KEYPOINTS: tuple[str, ...]
+KEYPOINT_LINKS: tuple[tuple[int, int], ...]
+
 def lidar_model(model: str, period_secs: float) -> dict[str, Any]:
     """Returns the fields of a ``Lidar`` of this model."""
 
@@ -89,6 +94,22 @@ class World:
         """Returns the same world in memory of its own."""
 
 @final
+class Keypoints:
+    """COCO's 17 keypoints of a walker at one frame, in the order of ``omnibus.KEYPOINTS``."""
+
+    @property
+    def actor_id(self) -> int: ...
+    @property
+    def in_world(self) -> NDArray[np.float32]:
+        """17 × 3; positions in world space (metres)."""
+    def in_sensor(self, reading: Reading) -> NDArray[np.float32]:
+        """17 × 3; positions in the space of a camera (x forward, y left, z up; metres)."""
+    def in_image(self, reading: Reading) -> NDArray[np.float32]:
+        """17 × 3; column and row in the image of a camera, and COCO's visibility: 0 outside of the image
+        (zeros), 1 occluded, 2 visible. The camera measures instances, and depth to tell what the walker's own
+        body hides."""
+
+@final
 class Reading:
     """What one sensor measured at one frame. Arrays are read-only views that stay valid while they
     are referenced. Picklable."""
@@ -134,6 +155,14 @@ class Reading:
     @property
     def last_labels(self) -> NDArray[np.uint32]:
         """Lidar: as ``labels``, of the returns of ``last_points``."""
+    def detections(self, world: World) -> NDArray[Any]:
+        """Radar: what it met in its random directions, with the velocities of the world of the same frame; a
+        structured array with ``velocity_mps`` (range rate, negative for what comes nearer), ``azimuth_rad``,
+        ``altitude_rad``, ``depth_m``, ``instance`` and ``tag``."""
+    def targets(self, world: World) -> NDArray[Any]:
+        """Radar with a receiver: the cells that it detected, in the order of distance, azimuth and range rate,
+        ghosts last; the fields of ``detections``, and ``power_dbm``, ``snr_db``, ``cross_section_dbsm`` and
+        ``is_ghost``."""
     @property
     def readings(self) -> NDArray[Any]:
         """Physics sensors: structured records (docs/python.md has their fields)."""
@@ -405,6 +434,8 @@ class Client:
     ) -> None:
         """Sets pedals (0 to 1) and wheel (-1, full right, to 1, full left) from the next frame on;
         the latest hold. Does not wait."""
+    def keypoints(self, actor_id: int) -> Keypoints:
+        """Returns the keypoints of a walker in the world that was taken in last."""
     def set_weather(self, weather: Weather) -> None: ...
     def create_bundle(
         self,

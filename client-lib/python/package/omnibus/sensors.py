@@ -187,6 +187,51 @@ class Lidar:
 
 
 @dataclass(frozen=True)
+class RadarReceiver:
+    """The receiver of a radar, which detects cells by the radar equation. docs/sensors.md has the formulas.
+
+    The defaults are a long-range radar of 77 GHz: a car of 10 m² is detected up to 280 m.
+    """
+
+    #: Carrier frequency.
+    frequency_hz: float = 77e9
+    #: Transmitted power.
+    transmit_power_dbm: float = 12.0
+    #: Gain of each of the two antennas.
+    antenna_gain_db: float = 25.0
+    #: Noise of a cell, with the losses and after integration.
+    noise_dbm: float = -120.0
+    #: Least ratio of signal to noise of a detection.
+    snr_min_db: float = 13.0
+    #: Size of a cell: distance in metres, azimuth in radians, range rate in metres per second.
+    cell: tuple[float, float, float] = (0.4, 0.028, 0.1)
+    #: Whether walls that mirror the beam show ghosts of actors behind them.
+    has_ghosts: bool = False
+
+
+@dataclass(frozen=True)
+class Radar:
+    """A radar. ``Reading.detections`` is that of CARLA: random directions in an elliptic cone;
+    ``Reading.targets`` is that of its receiver. Its rays are those of a lidar, so that ``Reading.points`` and
+    ``Reading.labels`` are there, too."""
+
+    name: str
+    #: Horizontal and vertical field of view, 1° to 170°.
+    horizontal_fov_rad: float = math.radians(30)
+    vertical_fov_rad: float = math.radians(30)
+    range_m: float = 100.0
+    pose: Pose = field(default_factory=Pose)
+    #: Directions of ``Reading.detections``; those that meet nothing give no detection.
+    points: int = 75
+    #: None: there are no ``Reading.targets``.
+    receiver: RadarReceiver | None = None
+    period_secs: float = 0.0
+    #: Of the directions.
+    seed: int = 0
+    kind: ClassVar[str] = "radar"
+
+
+@dataclass(frozen=True)
 class Imu:
     """An inertial measurement unit; without parameters an ideal one on the earth."""
 
@@ -284,7 +329,7 @@ class Obstacle:
 
 
 #: Measured by the renderer.
-RenderedSensor = Camera | Lidar
+RenderedSensor = Camera | Lidar | Radar
 #: Measured by physics. A bundle has either rendered or physics sensors.
 PhysicsSensor = Imu | Gnss | Odometry | Collision | LaneInvasion | Obstacle
 Sensor = RenderedSensor | PhysicsSensor

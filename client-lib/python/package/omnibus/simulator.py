@@ -19,7 +19,7 @@ from typing import IO, Literal
 from ._omnibus import BUILD, Bundle
 from .client import Client
 from .errors import BuildError, OmnibusError, RefusedError, SimulatorTimeoutError
-from .sensors import Camera, Lidar, Sensor
+from .sensors import Camera, Lidar, Radar, Sensor
 
 #: Time that a simulator has to end before it is killed.
 _END_SECS = 10.0
@@ -229,8 +229,8 @@ def _mount(
                 raise
     if simulator.ego is None:
         raise OmnibusError(f"none of the {len(places)} spawn points of the map has room for {ego}")
-    rendered = [sensor for sensor in sensors if isinstance(sensor, Camera | Lidar)]
-    physics = [sensor for sensor in sensors if not isinstance(sensor, Camera | Lidar)]
+    rendered = [sensor for sensor in sensors if isinstance(sensor, Camera | Lidar | Radar)]
+    physics = [sensor for sensor in sensors if not isinstance(sensor, Camera | Lidar | Radar)]
     for bundle, members in (("rendered", rendered), ("physics", physics)):
         if members:
             made = client.create_bundle(

@@ -19,7 +19,9 @@ use bus::clock;
 use client_lib::{RadarDetection, RadarRays};
 use crossbeam::channel::{Receiver, Sender, bounded};
 use glam::Vec3;
-use protocol::{ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, Weather, output, sensor};
+use protocol::{
+    ActorId, ActorState, BlueprintInfo, BundleHeader, Plane, WalkerLimbs, Weather, output, sensor,
+};
 
 use crate::collect::{
     CollectError,
@@ -31,6 +33,7 @@ use crate::collect::{
     format::{Boxes, Ego, FrameLine, Output, SensorPose, hash_text, tracer_name},
     frame_list::FrameList,
     image_storage::ImageStorage,
+    label_settings::LabelSettings,
     map_lines::{FrameLanes, LaneLines},
     objects::StaticObjects,
     sensors::{BOXES, LANES, PlannedSensor, Task, sensor_from_optical},
@@ -50,6 +53,8 @@ pub(crate) struct FrameData {
     pub(crate) bytes: Bytes,
     /// All actors at that frame, sorted by id.
     pub(crate) actors: Vec<ActorState>,
+    /// The limbs of fallen walkers at that frame, sorted by id.
+    pub(crate) limbs: Vec<WalkerLimbs>,
     pub(crate) weather: Weather,
     /// Readings of the physics sensors since the frame before that was kept.
     pub(crate) ego_sensors: Vec<EgoSensors>,
@@ -147,6 +152,7 @@ pub(crate) struct DataSetContext {
     pub(crate) objects: StaticObjects,
     pub(crate) lanes: LaneLines,
     pub(crate) images: ImageStorage,
+    pub(crate) labels: LabelSettings,
 }
 
 struct Shared {
@@ -403,8 +409,13 @@ impl Shared {
 
     fn boxes(&self, data: &FrameData, buffers: &mut WorkerBuffers) -> Result<(), CollectError> {
         let context = &self.context;
-        let boxed = Boxed { actors: &data.actors, objects: &context.objects };
-        let mut views = Views { cameras: Vec::new(), lidars: Vec::new(), radars: Vec::new() };
+        let boxed = Boxed { actors: &data.actors, limbs: &data.limbs, objects: &context.objects };
+        let mut views = Views {
+            cameras: Vec::new(),
+            lidars: Vec::new(),
+            radars: Vec::new(),
+            labels: context.labels,
+        };
         let sensors = context.sensors.iter().enumerate();
         for (index, PlannedSensor { spec, .. }) in
             sensors.filter(|(index, _)| data.measures(*index))
@@ -412,11 +423,15 @@ impl Shared {
             if spec.outputs & output::INSTANCE != 0 {
                 let (plane, bytes) = data.plane(index, output::INSTANCE)?;
                 let ids = bytemuck::cast_slice(bytes);
+                let has_depth = spec.outputs & output::DEPTH != 0;
+                let depth = has_depth.then(|| data.plane(index, output::DEPTH)).transpose()?;
                 views.cameras.push(CameraView {
                     name: spec.name.as_str(),
                     camera: CameraModel::of(spec),
                     world_from_sensor: plane.world_from_sensor,
                     seen: boxes::seen(ids, plane.width as usize, boxed),
+                    ids,
+                    depth: depth.map(|(_, bytes)| bytemuck::cast_slice(bytes)),
                 });
             }
             if let Some(detections) = data.detections(index, context)? {
@@ -430,7 +445,7 @@ impl Shared {
             }
         }
         let actors = boxes::actor_boxes(
-            &data.actors,
+            boxed,
             context.ego,
             &context.blueprints,
             &views,

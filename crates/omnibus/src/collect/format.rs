@@ -4,11 +4,15 @@
 
 use std::collections::BTreeMap;
 
+use client_lib::KEYPOINT_COUNT;
 use glam::{Affine3A, Mat4};
 use protocol::{ActorState, LensSpec, Pose, flag, lens_model, tracer};
 use serde::{Deserialize, Serialize};
 
-use crate::collect::{ego_sensors::EgoSensors, events::Event, image_storage::ImageStorage};
+use crate::collect::{
+    ego_sensors::EgoSensors, events::Event, image_storage::ImageStorage,
+    label_settings::LabelSettings, rle::Rle,
+};
 
 /// The version of the format.
 pub(crate) const FORMAT: &str = "omnibus-dataset-3";
@@ -104,6 +108,9 @@ pub(crate) struct DataSetSettings {
     /// How the images are stored.
     #[serde(default)]
     pub(crate) images: ImageStorage,
+    /// Labels besides boxes.
+    #[serde(default = "LabelSettings::boxes_alone")]
+    pub(crate) labels: LabelSettings,
     /// The sensors on the ego.
     pub(crate) sensors: Vec<Sensor>,
 }
@@ -421,6 +428,9 @@ pub(crate) struct ActorBox {
     /// The number of detections of the actor, for each radar that has any.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub(crate) radar_points: BTreeMap<String, u32>,
+    /// The keypoints of a walker in COCO's order. Absent for other actors, and if not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) keypoints_in_world_m: Option<[[f32; 3]; KEYPOINT_COUNT]>,
     /// The actor in the image of each camera that saw it.
     pub(crate) cameras: BTreeMap<String, View>,
 }
@@ -467,6 +477,23 @@ pub(crate) struct View {
     pub(crate) occluded_fraction: f32,
     /// Fraction of the projected box that lies outside the image.
     pub(crate) truncated_fraction: f32,
+    /// The keypoints of a walker. Absent for other things, and if not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) keypoints: Option<ViewKeypoints>,
+    /// The pixels that `unoccluded_px` counts. Absent if not asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) amodal_mask: Option<Rle>,
+}
+
+/// The keypoints of a walker in one camera's image, in COCO's order.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct ViewKeypoints {
+    /// In optical space.
+    pub(crate) in_optical_m: [[f32; 3]; KEYPOINT_COUNT],
+    /// Column and row; zeros outside of the image.
+    pub(crate) px: [[f32; 2]; KEYPOINT_COUNT],
+    /// COCO's numbers: 0 outside of the image, 1 occluded, 2 visible.
+    pub(crate) visibility: [u8; KEYPOINT_COUNT],
 }
 
 /// Returns the rows of a transform.

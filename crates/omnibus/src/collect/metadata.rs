@@ -58,6 +58,15 @@ fn conventions() -> BTreeMap<String, String> {
              on a static object",
         ),
         (
+            "keypoints",
+            "those of COCO in its order; visibility 0 is outside of the image, 1 occluded, 2 visible",
+        ),
+        (
+            "amodal_mask",
+            "the pixels of unoccluded_px, as COCO's compressed run-length encoding: height and width, \
+             and the runs down the columns",
+        ),
+        (
             "frames.jsonl",
             "one line for each complete frame; a file whose frame is not listed is not complete",
         ),

@@ -80,6 +80,12 @@ pub(crate) struct Options {
     /// The quality of JPEG, 1 to 100 (95 without a plan)
     #[arg(long, value_name = "QUALITY")]
     jpeg_quality: Option<u8>,
+    /// Whether the keypoints of pedestrians are written (they are without a plan)
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    keypoints: Option<bool>,
+    /// Whether the masks are written that objects would have if nothing occluded them
+    #[arg(long, value_name = "BOOL", num_args = 0..=1, require_equals = true, default_missing_value = "true")]
+    amodal_masks: Option<bool>,
     /// How many frames rendering may lag behind the simulation, 0 to 3; the data are the same
     #[arg(long, value_name = "FRAMES", default_value_t = 1)]
     pub(crate) pipeline: u32,
@@ -140,6 +146,8 @@ impl Options {
             walkers => traffic.walkers,
             image_format => images.format,
             jpeg_quality => images.jpeg_quality,
+            keypoints => labels.keypoints,
+            amodal_masks => labels.amodal_masks,
         }
         if let Some(scenes) = self.scenes {
             plan.scenes = scenes.get();
@@ -232,6 +240,14 @@ mod tests {
         let sensors: Vec<_> =
             plan.planned_sensors().unwrap().into_iter().map(|sensor| sensor.spec).collect();
         assert_eq!((sensors[0].width, sensors[0].height, sensors[1].width), (64, 600, 1800));
+    }
+
+    #[test]
+    fn labels_are_asked_for_by_options_without_a_value() {
+        let labels = |args: &[&str]| plan_of(args).unwrap().labels;
+        assert_eq!((labels(&[]).keypoints, labels(&[]).amodal_masks), (true, false));
+        let asked = labels(&["--amodal-masks", "--keypoints=false"]);
+        assert_eq!((asked.keypoints, asked.amodal_masks), (false, true));
     }
 
     #[test]

@@ -11,6 +11,7 @@ use crate::{
         actors::EGO,
         events::{Crossing, Event},
         image_storage::ImageStorage,
+        label_settings::LabelSettings,
         sensors::{CAMERA_OUTPUTS, PlannedSensor},
         sky::{self, WeatherEntry},
     },
@@ -46,6 +47,8 @@ pub(crate) struct Plan {
     pub(crate) ego: EgoEntry,
     pub(crate) traffic: TrafficEntry,
     pub(crate) images: ImageStorage,
+    /// Labels besides boxes.
+    pub(crate) labels: LabelSettings,
     #[serde(rename = "event")]
     pub(crate) events: Vec<Event>,
     #[serde(rename = "sensor")]
@@ -100,6 +103,7 @@ impl Default for Plan {
             ego: EgoEntry::default(),
             traffic: TrafficEntry::default(),
             images: ImageStorage::default(),
+            labels: LabelSettings::default(),
             events: Vec::new(),
             sensors: sensors_file::parse_entries(DEFAULT_SENSORS).expect("they are tested"),
         }

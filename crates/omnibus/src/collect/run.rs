@@ -10,7 +10,8 @@ use std::{
 use bus::{ControlPageMapping, Role, clock};
 use client_lib::{Client, ClientError, Measurement, SensorBundle, bundle_commands, wire::Settings};
 use protocol::{
-    ActorState, BundleId, BundleReceipt, Command, Episode, Frame, SnapshotHeader, Weather,
+    ActorState, BundleId, BundleReceipt, Command, Episode, Frame, SnapshotHeader, WalkerLimbs,
+    Weather,
 };
 
 use serde_json::{Value, json};
@@ -161,6 +162,7 @@ pub(crate) fn collect(
         ego_blueprint: plan.ego.blueprint.clone(),
         ego_route: scene.route.clone(),
         images: plan.images,
+        labels: plan.labels,
         sensors: sensors.iter().chain(&ego_sensors).map(sensors::describe).collect(),
     };
     if let Some(before) = &before
@@ -211,6 +213,7 @@ pub(crate) fn collect(
         objects,
         lanes: LaneLines::new(lanes),
         images: plan.images,
+        labels: plan.labels,
     };
     let encoders = EncoderPool::start(context, frame_list, threads, FRAMES_IN_FLIGHT_MAX)?;
     let control = client.instance().control().map_err(ClientError::from)?;
@@ -300,6 +303,7 @@ fn write_map(folder: &Folder, episode: &Episode) -> Result<(), CollectError> {
 struct Awaited {
     header: SnapshotHeader,
     actors: Vec<ActorState>,
+    limbs: Vec<WalkerLimbs>,
     weather: Weather,
     ego_sensors: Vec<EgoSensors>,
 }
@@ -479,10 +483,14 @@ impl Run<'_> {
         }
         if self.is_kept(&header) {
             self.kept += 1;
-            let (actors, ego_sensors) =
-                (client.world().states().to_vec(), std::mem::take(&mut self.ego_sensors));
-            let weather = self.weather;
-            self.awaited.push_back(Awaited { header, actors, weather, ego_sensors });
+            let world = client.world();
+            self.awaited.push_back(Awaited {
+                header,
+                actors: world.states().to_vec(),
+                limbs: world.limbs().to_vec(),
+                weather: self.weather,
+                ego_sensors: std::mem::take(&mut self.ego_sensors),
+            });
         }
     }
 
@@ -527,7 +535,7 @@ impl Run<'_> {
                 return Err(CollectError::Bug { what: "measuring at a rate", why });
             }
         }
-        let Awaited { actors, weather, ego_sensors, .. } =
+        let Awaited { actors, limbs, weather, ego_sensors, .. } =
             self.awaited.pop_front().expect("it is there");
         self.stages.add_bundle(&header);
         self.stages.frames += 1;
@@ -543,6 +551,7 @@ impl Run<'_> {
             planes,
             bytes,
             actors,
+            limbs,
             weather,
             ego_sensors,
             counts,

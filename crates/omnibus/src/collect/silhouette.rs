@@ -1,5 +1,4 @@
-//! The number of pixels that an actor or object would cover if nothing occluded it: its mesh drawn
-//! alone.
+//! The pixels that an actor or object would cover if nothing occluded it: its mesh drawn alone.
 
 use glam::{Affine3A, Vec3A};
 use mesh::Mesh;
@@ -38,17 +37,17 @@ pub(crate) struct Silhouette {
 }
 
 impl Silhouette {
-    /// Counts the pixels whose centre lies on the mesh, as the camera sees it. Rays are cast by the
-    /// same rule.
-    pub(crate) fn pixels(
-        &mut self,
-        part: Part,
-        optical_from_mesh: &Affine3A,
-        camera: &CameraModel,
-    ) -> u32 {
+    /// Begins a drawing in the images of a camera.
+    pub(crate) fn begin(&mut self, camera: &CameraModel) {
+        self.wipe();
         self.words_per_row = (camera.width as usize).div_ceil(64);
         self.bits.resize(self.words_per_row * camera.height as usize, 0);
         self.rows = [camera.height as usize, 0];
+    }
+
+    /// Adds the pixels whose centre lies on the mesh, as the camera sees it. Rays are cast by the same
+    /// rule.
+    pub(crate) fn draw(&mut self, part: Part, optical_from_mesh: &Affine3A, camera: &CameraModel) {
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
         let optical =
@@ -65,7 +64,60 @@ impl Silhouette {
             }
         }
         self.corners = corners;
-        self.wipe()
+    }
+
+    /// Adds the pixels of a row from one column up to another.
+    pub(crate) fn add(&mut self, row: usize, from: usize, to: usize) {
+        self.set(row, from, to);
+        self.rows = [self.rows[0].min(row), self.rows[1].max(row + 1)];
+    }
+
+    /// Returns the number of pixels of the drawing.
+    pub(crate) fn count(&self) -> u32 {
+        self.drawn().iter().map(|word| word.count_ones()).sum()
+    }
+
+    /// Returns the lengths of the runs of pixels without and with the drawing, in turn, down the columns
+    /// from left to right.
+    pub(crate) fn runs(&self, camera: &CameraModel) -> Vec<u32> {
+        let [first, end] = self.rows;
+        let mut used = vec![0; self.words_per_row];
+        for row in self.drawn().chunks_exact(self.words_per_row) {
+            used.iter_mut().zip(row).for_each(|(all, word)| *all |= word);
+        }
+        // Where the next run begins, and whether the pixels from there on are drawn.
+        let (mut runs, mut begin, mut is_in) = (Vec::new(), 0, false);
+        let columns = (0..camera.width as usize).filter(|x| used[x / 64] >> (x % 64) & 1 == 1);
+        for column in columns {
+            let top = column as u32 * camera.height;
+            let (word, bit) = (column / 64, column % 64);
+            for row in first..end {
+                let is_drawn = self.bits[row * self.words_per_row + word] >> bit & 1 == 1;
+                if is_drawn != is_in {
+                    runs.push(top + row as u32 - begin);
+                    (begin, is_in) = (top + row as u32, is_drawn);
+                }
+            }
+            // Below the last row with a drawn pixel; with one in the image's last row the run goes on.
+            if is_in && end < camera.height as usize {
+                runs.push(top + end as u32 - begin);
+                (begin, is_in) = (top + end as u32, false);
+            }
+            // The same for the rows above the first one of the next column.
+            let next = column + 1;
+            let goes_on = first == 0
+                && next < camera.width as usize
+                && used[next / 64] >> (next % 64) & 1 == 1;
+            if is_in && !goes_on {
+                runs.push(top + camera.height - begin);
+                (begin, is_in) = (top + camera.height, false);
+            }
+        }
+        let pixels = camera.width * camera.height;
+        if begin < pixels || runs.is_empty() {
+            runs.push(pixels - begin);
+        }
+        runs
     }
 
     /// Fills what lies before the near plane.
@@ -177,8 +229,7 @@ impl Silhouette {
             }
             let (from, to) = (pixel_from(left), pixel_from(right).min(camera.width as usize));
             if from < to {
-                self.set(row, from, to);
-                self.rows = [self.rows[0].min(row), self.rows[1].max(row + 1)];
+                self.add(row, from, to);
             }
         }
     }
@@ -192,16 +243,22 @@ impl Silhouette {
         }
     }
 
-    /// Counts the set pixels and clears the raster.
-    fn wipe(&mut self) -> u32 {
+    /// Returns the rows that have set pixels.
+    fn drawn(&self) -> &[u64] {
         let [first, end] = self.rows;
         if first >= end {
-            return 0;
+            return &[];
         }
-        let drawn = &mut self.bits[first * self.words_per_row..end * self.words_per_row];
-        let count = drawn.iter().map(|word| word.count_ones()).sum();
-        drawn.fill(0);
-        count
+        &self.bits[first * self.words_per_row..end * self.words_per_row]
+    }
+
+    /// Clears the raster.
+    fn wipe(&mut self) {
+        let [first, end] = self.rows;
+        if first < end {
+            self.bits[first * self.words_per_row..end * self.words_per_row].fill(0);
+        }
+        self.rows = [0, 0];
     }
 }
 
@@ -226,9 +283,16 @@ mod tests {
         Part { positions: &POSITIONS, triangles: &[[7, 8, 9], [7, 9, 10]], first: 7 }
     }
 
+    fn count(part: Part, optical_from_mesh: &Affine3A, camera: &CameraModel) -> u32 {
+        let mut raster = Silhouette::default();
+        raster.begin(camera);
+        raster.draw(part, optical_from_mesh, camera);
+        raster.count()
+    }
+
     fn pixels(x: f32, y: f32, z: f32) -> u32 {
         let at = Affine3A::from_translation(Vec3::new(x, y, z));
-        Silhouette::default().pixels(wall(), &at, &pinhole())
+        count(wall(), &at, &pinhole())
     }
 
     #[test]
@@ -253,13 +317,13 @@ mod tests {
         // A floor 0.5 m below, from 1 m behind to 1 m ahead: it fills the bottom of the image.
         let turn = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
         let floor = Affine3A::from_rotation_translation(turn, Vec3::new(0.0, 0.25, 0.0));
-        let count = Silhouette::default().pixels(wall(), &floor, &pinhole());
+        let pixels = count(wall(), &floor, &pinhole());
         // Row r + 0.5 below the middle sees 0.25 m down at z = 25 / (r + 0.5), nearer than 0.5 m
         // only beyond the image's edge.
-        assert_eq!(count, 0);
+        assert_eq!(pixels, 0);
         let lower = Affine3A::from_rotation_translation(turn, Vec3::new(0.0, 0.2, 0.0));
-        let count = Silhouette::default().pixels(wall(), &lower, &pinhole());
-        assert_eq!(count, 10 * 200, "the ten rows that see it nearer than 0.5 m");
+        let pixels = count(wall(), &lower, &pinhole());
+        assert_eq!(pixels, 10 * 200, "the ten rows that see it nearer than 0.5 m");
     }
 
     #[test]
@@ -271,7 +335,7 @@ mod tests {
             Quat::IDENTITY,
             Vec3::new(0.0, 0.0, 4.0),
         );
-        let drawn = Silhouette::default().pixels(wall(), &at, &camera);
+        let drawn = count(wall(), &at, &camera);
         let mut shown = 0;
         for (row, column) in (0..100).flat_map(|row| (0..200).map(move |column| (row, column))) {
             let pixel = glam::DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5);
@@ -283,17 +347,43 @@ mod tests {
         // Beside the camera and a little behind it: 6 pixels of its near edge, 15 pixels high.
         let turn = Quat::from_rotation_y(1.8);
         let aside = Affine3A::from_rotation_translation(turn, turn * Vec3::new(0.0, 0.0, 4.0));
-        assert!(Silhouette::default().pixels(wall(), &aside, &camera) > 60);
-        assert_eq!(Silhouette::default().pixels(wall(), &aside, &pinhole()), 0);
+        assert!(count(wall(), &aside, &camera) > 60);
+        assert_eq!(count(wall(), &aside, &pinhole()), 0);
     }
 
     #[test]
     fn a_second_drawing_begins_on_an_empty_raster() {
         let mut raster = Silhouette::default();
-        let at = Affine3A::from_translation(Vec3::new(0.0, 0.0, 4.0));
-        let first = raster.pixels(wall(), &at, &pinhole());
-        assert_eq!(raster.pixels(wall(), &at, &pinhole()), first);
-        let hidden = Affine3A::from_translation(Vec3::new(0.0, 0.0, -4.0));
-        assert_eq!(raster.pixels(wall(), &hidden, &pinhole()), 0);
+        let mut drawn = |camera: &CameraModel, z: f32| {
+            raster.begin(camera);
+            raster.draw(wall(), &Affine3A::from_translation(Vec3::new(0.0, 0.0, z)), camera);
+            raster.count()
+        };
+        let first = drawn(&pinhole(), 4.0);
+        assert_eq!(drawn(&pinhole(), 4.0), first);
+        assert!(drawn(&fisheye(), 4.0) > 0);
+        assert_eq!(drawn(&pinhole(), -4.0), 0);
+    }
+
+    #[test]
+    fn runs_go_down_the_columns_and_sum_to_the_image() {
+        let camera = pinhole();
+        let mut raster = Silhouette::default();
+        let mut runs = |rows: &[(usize, usize, usize)]| {
+            raster.begin(&camera);
+            rows.iter().for_each(|(row, from, to)| raster.add(*row, *from, *to));
+            raster.runs(&camera)
+        };
+        assert_eq!(runs(&[]), [20_000]);
+        // Two rows of three pixels from column 70 on, across a word of the raster only where it has them.
+        assert_eq!(runs(&[(10, 70, 73), (11, 70, 73)]), [7010, 2, 98, 2, 98, 2, 20_000 - 7212],);
+        // Two columns that fill the height are one run; the last pixel of the image ends the last run.
+        let full: Vec<_> = (0..100).map(|row| (row, 63, 65)).collect();
+        assert_eq!(runs(&full), [6300, 200, 13_500]);
+        assert_eq!(runs(&[(99, 199, 200)]), [19_999, 1]);
+        assert_eq!(runs(&[(0, 0, 1)]), [0, 1, 19_999]);
+        // From the bottom of a column to the top of the next: one run.
+        assert_eq!(runs(&[(99, 4, 5), (0, 5, 6)]), [499, 2, 19_499]);
+        assert_eq!(runs(&[(99, 4, 5), (0, 6, 7)]), [499, 1, 100, 1, 19_399]);
     }
 }

@@ -12,6 +12,7 @@ use protocol::{ActorState, Pose};
 use crate::collect::{
     ImageStorage,
     format::{DataSetSettings, Ego, FrameLine},
+    label_settings::LabelSettings,
     sensors,
 };
 
@@ -56,6 +57,7 @@ pub(crate) fn settings() -> DataSetSettings {
         ego_blueprint: "vehicle.tesla.model3".to_owned(),
         ego_route: Vec::new(),
         images: ImageStorage::default(),
+        labels: LabelSettings::default(),
         sensors: sensors::default_sensors(800, 600)
             .into_iter()
             .map(|spec| sensors::describe(&spec.into()))

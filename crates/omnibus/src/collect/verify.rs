@@ -19,12 +19,13 @@ use crate::collect::{
     decode,
     encode::{DEPTH_FAR, DEPTH_STEPS_PER_M, STATIC_BIT},
     folder::Folder,
-    format::{Boxes, FrameLine, Metadata, Sensor, View},
+    format::{ActorBox, Boxes, FrameLine, Metadata, Sensor, View},
     frame_list,
     inspect::check,
     schedule,
     sensors::{BOXES, sensor_from_optical},
     tracks::{TRACKS, Track, Tracks},
+    verify_labels::LabelledImage,
 };
 
 /// How much nearer to a camera a lidar point may lie than the depth image shows around its pixel:
@@ -48,6 +49,8 @@ pub(crate) enum Fault {
     Count,
     VisibleBox,
     LidarPoints,
+    AmodalMask,
+    Keypoints,
     Tracks,
     Depth,
 }
@@ -63,6 +66,8 @@ impl fmt::Display for Fault {
             Fault::Count => "counts that disagree",
             Fault::VisibleBox => "boxes that disagree with the instance image",
             Fault::LidarPoints => "boxes that disagree with the lidar labels",
+            Fault::AmodalMask => "masks that disagree with the instance image or the boxes",
+            Fault::Keypoints => "keypoints that disagree with the instance image",
             Fault::Tracks => "tracks that disagree with the boxes",
             Fault::Depth => "frames whose lidar points disagree with the depth image",
         })
@@ -370,6 +375,7 @@ impl FrameCheck<'_> {
         let boxes = files.get(BOXES).and_then(|text| serde_json::from_slice(text).ok());
         if let Some(boxes) = boxes {
             self.check_boxes(&boxes, &files);
+            self.check_labels(&boxes, &files);
         }
         let sensors = &metadata.settings.sensors;
         for lidar in sensors.iter().filter(|sensor| sensor.lidar.is_some()) {
@@ -436,6 +442,46 @@ impl FrameCheck<'_> {
                              labels hold {found}"
                         );
                         self.add(Fault::LidarPoints, example);
+                    }
+                }
+            }
+        }
+    }
+
+    /// Compares keypoints and amodal masks with the instance images.
+    fn check_labels(&mut self, boxes: &Boxes, files: &BTreeMap<&str, Vec<u8>>) {
+        let (frame, metadata) = (self.line.frame, self.metadata);
+        let labels = metadata.settings.labels;
+        let has_keypoints = |actor: &ActorBox| actor.keypoints_in_world_m.is_some();
+        for actor in boxes.actors.iter().filter(|actor| {
+            has_keypoints(actor) != (labels.keypoints && is_walker(&actor.blueprint))
+        }) {
+            let example = format!(
+                "frame {frame}, id {}: keypoints in space: {}",
+                actor.actor_id,
+                has_keypoints(actor)
+            );
+            self.add(Fault::Keypoints, example);
+        }
+        let actors =
+            boxes.actors.iter().map(|one| (one.actor_id, has_keypoints(one), &one.cameras));
+        let objects = boxes.objects.iter().map(|one| (one.object_id, false, &one.cameras));
+        let all: Vec<_> = actors.chain(objects).collect();
+        for sensor in &metadata.settings.sensors {
+            // What is wrong with the camera or its image is said elsewhere.
+            let Some(Ok(camera)) = sensor.camera.as_ref().map(CameraModel::of_metadata) else {
+                continue;
+            };
+            let Some(image) = self.image(files, &sensor.name, "instance") else { continue };
+            let ids = image.ids();
+            let labelled = LabelledImage { image: &image, ids: &ids, camera: &camera, labels };
+            for (id, has_keypoints, cameras) in &all {
+                let Some(view) = cameras.get(&sensor.name) else { continue };
+                let masked = labelled.mask_fault(*id, view);
+                let pointed = labelled.keypoints_fault(*id, *has_keypoints, view);
+                for (fault, why) in [(Fault::AmodalMask, masked), (Fault::Keypoints, pointed)] {
+                    if let Some(why) = why {
+                        self.add(fault, format!("frame {frame}, {}, id {id}: {why}", sensor.name));
                     }
                 }
             }
@@ -519,6 +565,11 @@ fn seen(image: &decode::Image) -> HashMap<u32, Seen> {
         }
     }
     found
+}
+
+/// Returns whether actors of a blueprint have a skeleton.
+fn is_walker(blueprint: &str) -> bool {
+    town::blueprint(blueprint).is_some_and(|(_, made)| made.skeleton().is_some())
 }
 
 fn text(seen: Option<Seen>) -> String {

@@ -8,11 +8,17 @@ use std::{
 };
 
 use anyhow::{Context, bail};
+use client_lib::{KEYPOINT_LINKS, KEYPOINTS};
 use serde::Serialize;
 use serde_json::json;
 
 use crate::{
-    collect::decode::Image,
+    collect::{
+        CollectError,
+        decode::Image,
+        format::{View, ViewKeypoints},
+        rle::Rle,
+    },
     export::{
         class::{COCO, class, coco},
         images::Images,
@@ -42,19 +48,72 @@ struct Annotation {
     category_id: u32,
     bbox: [u32; 4],
     area: u32,
-    segmentation: Segmentation,
+    segmentation: Rle,
     iscrowd: u8,
     /// Beyond the format: the same for an object in all images of a scene.
     instance_id: u32,
     occluded_fraction: f32,
     truncated_fraction: f32,
+    #[serde(flatten)]
+    keypoints: Option<Keypoints>,
+    #[serde(flatten)]
+    amodal: Option<Amodal>,
 }
 
+/// The keypoints of a person.
 #[derive(Serialize)]
-struct Segmentation {
-    /// Height and width.
-    size: [u32; 2],
-    counts: String,
+struct Keypoints {
+    /// Column, row and visibility of each, in turn.
+    keypoints: Vec<f32>,
+    /// Those inside of the image.
+    num_keypoints: u32,
+}
+
+impl From<&ViewKeypoints> for Keypoints {
+    fn from(found: &ViewKeypoints) -> Keypoints {
+        let hundredths = |px: f32| (px * 100.0).round() / 100.0;
+        let triple =
+            |(px, seen): (&[f32; 2], &u8)| [hundredths(px[0]), hundredths(px[1]), f32::from(*seen)];
+        Keypoints {
+            keypoints: found.px.iter().zip(&found.visibility).flat_map(triple).collect(),
+            num_keypoints: found.visibility.iter().filter(|seen| **seen > 0).count() as u32,
+        }
+    }
+}
+
+/// Beyond the format: the mask of an object if nothing occluded it.
+#[derive(Serialize)]
+struct Amodal {
+    amodal_segmentation: Rle,
+    amodal_bbox: [u32; 4],
+    amodal_area: u32,
+}
+
+impl Amodal {
+    /// Takes the mask of a view that has one.
+    fn of(view: &View) -> Result<Option<Amodal>, String> {
+        let Some(amodal_segmentation) = view.amodal_mask.clone() else { return Ok(None) };
+        let runs = amodal_segmentation.runs()?;
+        let height = amodal_segmentation.size[0].max(1);
+        let [mut left, mut top, mut right, mut bottom] = [u32::MAX, u32::MAX, 0, 0];
+        let (mut begin, mut area) = (0, 0);
+        for pair in runs.chunks(2) {
+            let [skipped, length] = [pair[0], pair.get(1).copied().unwrap_or(0)];
+            begin += skipped;
+            let end = begin + length;
+            if length > 0 {
+                let [first, last] = [begin, end - 1].map(|pixel| [pixel / height, pixel % height]);
+                (left, right) = (left.min(first[0]), right.max(last[0] + 1));
+                // A run that goes on in the next column spans the height.
+                let is_one = first[0] == last[0];
+                top = top.min(if is_one { first[1] } else { 0 });
+                bottom = bottom.max(if is_one { last[1] + 1 } else { height });
+            }
+            (begin, area) = (end, area + length);
+        }
+        let amodal_bbox = if area == 0 { [0; 4] } else { [left, top, right - left, bottom - top] };
+        Ok(Some(Amodal { amodal_segmentation, amodal_bbox, amodal_area: area }))
+    }
 }
 
 /// Writes the data set.
@@ -115,7 +174,14 @@ fn join(folder: &Path, part: &str) -> io::Result<()> {
     let mut file = BufWriter::new(file);
     let categories: Vec<_> = COCO
         .iter()
-        .map(|(id, name, group)| json!({ "id": id, "name": name, "supercategory": group }))
+        .map(|(id, name, group)| {
+            let mut category = json!({ "id": id, "name": name, "supercategory": group });
+            if *name == "person" {
+                category["keypoints"] = json!(KEYPOINTS);
+                category["skeleton"] = json!(KEYPOINT_LINKS);
+            }
+            category
+        })
         .collect();
     let info = json!({ "description": "made by omnibus export", "version": protocol::VERSION });
     write!(file, "{{\"info\":{info},\"licenses\":[],\"categories\":{}", json!(categories))?;
@@ -156,14 +222,14 @@ fn frame_entries(
                 category_id,
                 bbox: mask.bbox(),
                 area: mask.area,
-                segmentation: Segmentation {
-                    size: [camera.height_px, camera.width_px],
-                    counts: compressed(&mask.runs),
-                },
+                segmentation: Rle::new([camera.width_px, camera.height_px], &mask.runs),
                 iscrowd: 0,
                 instance_id: actor.actor_id,
                 occluded_fraction: view.occluded_fraction,
                 truncated_fraction: view.truncated_fraction,
+                keypoints: view.keypoints.as_ref().map(Keypoints::from),
+                amodal: Amodal::of(view)
+                    .map_err(|why| CollectError::damaged(&frame.path("boxes", "json"), why))?,
             });
         }
         let image = ImageEntry {
@@ -241,27 +307,4 @@ fn masks(image: &Image) -> BTreeMap<u32, Mask> {
         mask.runs.push(pixels - mask.end);
     }
     masks
-}
-
-/// Returns runs as COCO's text: `rleToString` of `maskApi.c` in cocoapi. From the fourth on a run is
-/// written as the difference from the one before the last; five bits per character, the lowest first.
-fn compressed(runs: &[u32]) -> String {
-    let mut text = String::new();
-    for (index, run) in runs.iter().enumerate() {
-        let before = if index > 2 { i64::from(runs[index - 2]) } else { 0 };
-        let mut rest = i64::from(*run) - before;
-        loop {
-            let mut bits = (rest & 0x1f) as u8;
-            rest >>= 5;
-            let is_last = if bits & 0x10 == 0 { rest == 0 } else { rest == -1 };
-            if !is_last {
-                bits |= 0x20;
-            }
-            text.push(char::from(bits + 48));
-            if is_last {
-                break;
-            }
-        }
-    }
-    text
 }

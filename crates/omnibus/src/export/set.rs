@@ -257,6 +257,7 @@ impl<'a> Frame<'a> {
             traffic_light_state: None,
             lidar_points: object.lidar_points,
             radar_points: object.radar_points,
+            keypoints_in_world_m: None,
             cameras: object.cameras,
         }));
         Ok(actors)
