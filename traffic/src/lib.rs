@@ -39,6 +39,7 @@ mod junction;
 mod lamps;
 mod lane_change;
 mod leader;
+mod neighbours;
 mod obstacles;
 mod occupancy;
 mod params;

@@ -80,7 +80,8 @@ impl Occupancy {
         }
         for &own in &agents.driven {
             let place = agents.position[own as usize];
-            for other in 0..agents.count() {
+            for other in agents.places.near(place.truncate(), IGNORE_RANGE_M) {
+                let other = other as usize;
                 let near = agents.position[other].distance_squared(place)
                     < IGNORE_RANGE_M * IGNORE_RANGE_M;
                 let id = agents.id[own as usize];
