@@ -1,6 +1,7 @@
 //! The vehicles that are in a junction or will be, and their time windows in conflict areas.
 
-use super::state::{BRAKE_MPS2, Junctions, Presence, View, request_lanes, reserved_lanes};
+use super::presence_list::Presence;
+use super::state::{BRAKE_MPS2, Junctions, View, request_lanes, reserved_lanes};
 use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
 /// Largest ratio of a vehicle's speed to the curve speed.

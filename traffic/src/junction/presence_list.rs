@@ -1,6 +1,17 @@
 //! Presences by lane, and rows by the lane on which they leave a junction.
 
-use super::state::Presence;
+/// The presence of a vehicle on a lane of a junction, now or soon.
+#[derive(Clone, Copy)]
+pub(super) struct Presence {
+    pub(super) lane: u32,
+    /// Index into the agents.
+    pub(super) agent: u32,
+    /// Distance from its front bumper to the start of the lane.
+    pub(super) start_m: f32,
+    pub(super) rank: i32,
+    /// Highest speed that the lanes on its way allow.
+    pub(super) top_mps: f32,
+}
 
 /// Lists of entries, one for each lane.
 pub(super) struct ByLane<T> {

@@ -148,8 +148,8 @@ impl Junctions {
         while last + 1 < to && map.tracks.zone[lanes[last + 1] as usize] == map.tracks.zone[first] {
             last += 1;
         }
-        let entry_direction = map.tracks.at(lanes[from], 0.0).1;
-        let exit_direction = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
+        let entry_direction = map.tracks.first_tangent(lanes[from]);
+        let exit_direction = map.tracks.last_tangent(lanes[last]);
         let left = i32::from(entry_direction.angle_to(exit_direction) > LEFT_TURN_RAD);
         match light {
             light::OFF => {
@@ -184,13 +184,13 @@ impl Junctions {
         for (of_zone, a) in zone_pairs(&by_zone) {
             let own_request = self.requests[a];
             let lane = vehicles.route[own_request.row].lanes()[own_request.from];
-            let heading = tracks.at(lane, 0.0).1;
+            let heading = tracks.first_tangent(lane);
             let others = of_zone.iter().map(|&(_, other)| &self.requests[other]);
             let from_right = others.filter(|other| {
                 let from = vehicles.route[other.row].lanes()[other.from];
                 other.rank == own_request.rank
                     && bucket(vehicles, other) == bucket(vehicles, &own_request)
-                    && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
+                    && heading.perp_dot(tracks.first_tangent(from)) > 0.5
             });
             self.requests[a].from_right = from_right.count() as u32;
         }

@@ -2,8 +2,9 @@
 
 use protocol::light;
 
+use super::presence_list::Presence;
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Presence, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
     reserved_lanes,
 };
 use crate::{tracks::NONE, vehicle_table::VehicleTable};

@@ -1,6 +1,6 @@
 //! State of the junction stage, shared by its parts.
 
-use super::presence_list::ByLane;
+use super::presence_list::{ByLane, Presence};
 use crate::{
     agents::Agents,
     constraint::{JunctionConstraint, WaitReason},
@@ -117,19 +117,6 @@ impl Junctions {
         let (from, to) = (self.starts_from[row], self.starts_from[row + 1]);
         self.starts[from..to].split_last().map_or(&[], |(_, starts)| starts)
     }
-}
-
-/// The presence of a vehicle on a lane of a junction, now or soon.
-#[derive(Clone, Copy)]
-pub(super) struct Presence {
-    pub(super) lane: u32,
-    /// Index into the agents.
-    pub(super) agent: u32,
-    /// Distance from its front bumper to the start of the lane.
-    pub(super) start_m: f32,
-    pub(super) rank: i32,
-    /// Highest speed that the lanes on its way allow.
-    pub(super) top_mps: f32,
 }
 
 /// Returns the lanes of a request with their indices in the route.
