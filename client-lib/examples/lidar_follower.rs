@@ -13,8 +13,8 @@
 use std::time::Duration;
 
 use omnibus_client_lib::{
-    Actor, ActorFlags, Client, ClientError, LidarOptions, LidarOutputs, PointCloud, Pose, Sensor,
-    Spawn, VehicleControl,
+    Actor, ActorFlags, ActorId, Client, ClientError, LidarOptions, LidarOutputs, PointCloud, Pose,
+    Sensor, Spawn, TrafficParam, VehicleControl,
     glam::{Quat, Vec2, Vec3, Vec3Swizzles},
     road::{LaneTypes, Network},
 };
@@ -78,6 +78,8 @@ pub(crate) fn run(instance: Option<&str>) -> Result<Vec<Sample>, ClientError> {
     let map = client.map()?;
     let place = client.spawn_points()?[0];
     let ahead = place.affine().transform_point3(Vec3::X * 14.0);
+    // The vehicle ahead drives at the limit and not faster.
+    client.set_traffic_param(ActorId::NONE, TrafficParam::DriverSpread(0.0))?;
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", place))?;
     let ahead = Spawn::new("vehicle.audi.a2", Pose::new(ahead, place.rotation())).autopilot();
     let leader = client.spawn(ahead)?;

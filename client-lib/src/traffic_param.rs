@@ -42,6 +42,9 @@ pub enum TrafficParam {
     IgnoreActor(ActorId, bool),
     /// Whether it switches its lights by itself.
     AutomaticLights(bool),
+    /// By how much drivers differ: 0 not at all, 1 as in the field (the default), up to 3; with
+    /// [`ActorId::NONE`] only.
+    DriverSpread(f32),
     /// The seed of all random decisions, 0 to 2^24; with [`ActorId::NONE`] only.
     Seed(u32),
 }
@@ -66,6 +69,7 @@ impl TrafficParam {
             TrafficParam::IgnoreWalkers(value) => (param::IGNORE_WALKERS, value),
             TrafficParam::IgnoreActor(other, on) => (param::IGNORE_ACTOR + other.0, share(on)),
             TrafficParam::AutomaticLights(on) => (param::LAMPS, share(on)),
+            TrafficParam::DriverSpread(value) => (param::DRIVER_SPREAD, value),
             TrafficParam::Seed(seed) => (param::SEED, seed as f32),
         };
         protocol::TrafficParam { actor_id, param, value }

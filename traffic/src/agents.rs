@@ -5,6 +5,7 @@ use protocol::{ActorState, flag, kind};
 
 use crate::{
     body::{Bodies, Body},
+    neighbours::Neighbours,
     tracks::NONE,
 };
 
@@ -40,6 +41,12 @@ pub(crate) struct Agents {
     pub(crate) row: Vec<u32>,
     /// For each row of the vehicle table: the index of its agent.
     pub(crate) driven: Vec<u32>,
+    /// All agents by place.
+    pub(crate) places: Neighbours,
+    /// The wide agents by place.
+    pub(crate) wide_places: Neighbours,
+    /// Largest distance from an agent's origin to a corner of its body, metres.
+    pub(crate) reach_max_m: f32,
 }
 
 impl Agents {
@@ -79,6 +86,13 @@ impl Agents {
                 self.driven.push(self.row.len() as u32 - 1);
             }
         }
+        let at = |agent: usize| (agent as u32, self.position[agent].truncate());
+        let all = 0..self.id.len();
+        let wide = all.clone().filter(|&agent| self.body[agent].is_wide());
+        self.wide_places.rebuild(wide.map(at));
+        self.places.rebuild(all.map(at));
+        let reach_m = |body: &Body| body.front_m.max(body.rear_m).hypot(body.half_width_m);
+        self.reach_max_m = self.body.iter().map(reach_m).fold(0.0, f32::max);
     }
 
     fn clear(&mut self) {

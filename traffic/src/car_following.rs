@@ -2,17 +2,18 @@
 //! curves, speed limits and stop lines allow.
 
 use crate::{
-    constraint::JunctionConstraint, leader::Leader, tracks::Tracks, vehicle_table::VehicleTable,
+    constraint::JunctionConstraint, drivers::Driver, leader::Leader, tracks::Tracks,
+    vehicle_table::VehicleTable,
 };
 
-/// Maximum acceleration (IDM parameter a).
-pub(crate) const ACCEL_MAX_MPS2: f32 = 3.4;
-/// Comfortable deceleration (IDM parameter b).
-const COMFORT_BRAKE_MPS2: f32 = 2.0;
-/// Desired time headway (IDM parameter T).
-const TIME_HEADWAY_S: f32 = 1.2;
 /// Deceleration for a lower speed limit or a curve ahead.
 const ANTICIPATION_BRAKE_MPS2: f32 = 2.5;
+/// Comfortable deceleration before a stop line, whoever drives.
+const STOP_BRAKE_MPS2: f32 = 2.0;
+/// Deceleration to a lower desired speed without anything ahead.
+const SLOW_DOWN_MPS2: f32 = 3.0;
+/// Exponent of the free acceleration (IDM parameter δ).
+const FREE_EXPONENT: i32 = 4;
 /// Maximum deceleration.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Distance from a stop line to the virtual standing leader behind it.
@@ -23,24 +24,24 @@ pub(crate) const STANDSTILL_MPS: f32 = 0.1;
 /// Returns the IDM acceleration behind a leader, metres per second squared (Treiber, Hennecke and
 /// Helbing 2000, in the form in which free acceleration and interaction do not add up). `min_gap_m`
 /// is the gap kept at standstill (s0).
-pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, min_gap_m: f32) -> f32 {
+pub(crate) fn idm(speed: f32, leader_mps: f32, gap_m: f32, min_gap_m: f32, driver: &Driver) -> f32 {
     let closing = speed - leader_mps;
-    let braking = speed * closing / (2.0 * (ACCEL_MAX_MPS2 * COMFORT_BRAKE_MPS2).sqrt());
-    let desired_gap = min_gap_m + (speed * TIME_HEADWAY_S + braking).max(0.0);
+    let braking = speed * closing / (2.0 * (driver.accel_mps2 * driver.comfort_brake_mps2).sqrt());
+    let desired_gap = min_gap_m + (speed * driver.headway_s + braking).max(0.0);
     let gap = gap_m.max(0.05);
-    let interaction = ACCEL_MAX_MPS2 * (1.0 - (desired_gap / gap) * (desired_gap / gap));
+    let interaction = driver.accel_mps2 * (1.0 - (desired_gap / gap) * (desired_gap / gap));
     // The model overreacts to a small gap that opens; a vehicle that can stop in time may close up.
     interaction.max(-BRAKE_MAX_MPS2)
 }
 
 /// Returns the acceleration on a free road towards `desired`, metres per second; it is never positive
 /// where `desired` is a standstill.
-pub(crate) fn free_accel(speed: f32, desired: f32) -> f32 {
+pub(crate) fn free_accel(speed: f32, desired: f32, driver: &Driver) -> f32 {
     if speed <= desired && desired > STANDSTILL_MPS {
         let part = speed / desired;
-        ACCEL_MAX_MPS2 * (1.0 - part.powi(8))
+        driver.accel_mps2 * (1.0 - part.powi(FREE_EXPONENT))
     } else {
-        (-1.5 * (speed - desired)).max(-COMFORT_BRAKE_MPS2 * 1.5)
+        (-1.5 * (speed - desired)).max(-SLOW_DOWN_MPS2)
     }
 }
 
@@ -113,14 +114,20 @@ pub(crate) fn accelerate(
     leader: &Leader,
     constraint: &JunctionConstraint,
     gap_m: f32,
+    driver: &Driver,
 ) -> f32 {
-    let mut accel = free_accel(speed, desired);
+    let mut accel = free_accel(speed, desired, driver);
     if leader.gap_m.is_finite() {
-        accel = accel.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m));
+        accel = accel.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m, driver));
     }
     if constraint.merge_leader_m.is_finite() {
-        accel =
-            accel.min(idm(speed, constraint.merge_leader_mps, constraint.merge_leader_m, gap_m));
+        accel = accel.min(idm(
+            speed,
+            constraint.merge_leader_mps,
+            constraint.merge_leader_m,
+            gap_m,
+            driver,
+        ));
     }
     if constraint.stop_m.is_finite() {
         accel = accel.min(stop(speed, constraint.stop_m));
@@ -133,17 +140,17 @@ fn stop(speed: f32, line_m: f32) -> f32 {
     let gap = line_m + LINE_GAP_M;
     if line_m < 0.3 {
         return if speed > 0.2 {
-            -COMFORT_BRAKE_MPS2.max(speed * speed / 0.6).min(BRAKE_MAX_MPS2)
+            -STOP_BRAKE_MPS2.max(speed * speed / 0.6).min(BRAKE_MAX_MPS2)
         } else {
             -0.5
         };
     }
     // Constant deceleration from here to the line once that is close to the comfortable one.
     let needed = speed * speed / (2.0 * line_m);
-    if needed > COMFORT_BRAKE_MPS2 * 0.85 {
+    if needed > STOP_BRAKE_MPS2 * 0.85 {
         return -needed.min(BRAKE_MAX_MPS2);
     }
-    idm(speed, 0.0, gap + 0.5 * speed, LINE_GAP_M)
+    idm(speed, 0.0, gap + 0.5 * speed, LINE_GAP_M, &Driver::MEDIAN)
 }
 
 #[cfg(test)]
@@ -154,23 +161,23 @@ mod tests {
     #[test]
     fn the_model_keeps_its_equilibrium_gap() {
         let speed = 10.0;
-        let at_rest = GAP_M + speed * TIME_HEADWAY_S;
-        assert!(idm(speed, speed, at_rest, GAP_M).abs() < 1e-4);
-        assert!(idm(speed, speed, at_rest + 1.0, GAP_M) > 0.0);
-        assert!(idm(speed, speed, at_rest - 1.0, GAP_M) < 0.0);
+        let at_rest = GAP_M + speed * Driver::MEDIAN.headway_s;
+        assert!(idm(speed, speed, at_rest, GAP_M, &Driver::MEDIAN).abs() < 1e-4);
+        assert!(idm(speed, speed, at_rest + 1.0, GAP_M, &Driver::MEDIAN) > 0.0);
+        assert!(idm(speed, speed, at_rest - 1.0, GAP_M, &Driver::MEDIAN) < 0.0);
     }
 
     #[test]
     fn a_vehicle_that_is_to_stand_never_accelerates() {
         for speed in [0.0, 0.01, 1.0, 20.0] {
             for desired in [0.0, STANDSTILL_MPS] {
-                let accel = free_accel(speed, desired);
+                let accel = free_accel(speed, desired, &Driver::MEDIAN);
                 assert!(accel <= 0.0 || speed < desired, "{accel} at {speed} towards {desired}");
                 assert!(accel < 0.2, "{accel} at {speed} towards {desired}");
             }
         }
-        assert_eq!(free_accel(0.0, 0.0), 0.0);
-        assert_eq!(free_accel(0.0, 5.0), ACCEL_MAX_MPS2);
+        assert_eq!(free_accel(0.0, 0.0, &Driver::MEDIAN), 0.0);
+        assert_eq!(free_accel(0.0, 5.0, &Driver::MEDIAN), Driver::MEDIAN.accel_mps2);
     }
 
     #[test]
@@ -178,7 +185,11 @@ mod tests {
         for leader_brakes in [2.0, 4.0, 6.0] {
             let (mut x, mut v, mut leader_x, mut leader_v) = (0.0f32, 15.0f32, 25.0f32, 15.0f32);
             for _ in 0..400 {
-                let a = idm(v, leader_v, leader_x - x, GAP_M).min(free_accel(v, 15.0));
+                let a = idm(v, leader_v, leader_x - x, GAP_M, &Driver::MEDIAN).min(free_accel(
+                    v,
+                    15.0,
+                    &Driver::MEDIAN,
+                ));
                 v = (v + 0.05 * a).max(0.0);
                 x += 0.05 * v;
                 leader_v = (leader_v - 0.05 * leader_brakes).max(0.0);
@@ -194,7 +205,7 @@ mod tests {
         for begin in [5.0f32, 10.0, 15.0, 25.0] {
             let (mut line, mut v) = (begin * begin / 3.0 + 10.0, begin);
             for _ in 0..1200 {
-                let a = stop(v, line).min(free_accel(v, begin));
+                let a = stop(v, line).min(free_accel(v, begin, &Driver::MEDIAN));
                 v = (v + 0.05 * a).max(0.0);
                 line -= 0.05 * v;
             }

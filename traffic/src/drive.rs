@@ -6,10 +6,11 @@ use crate::{
     agents::Agents,
     car_following,
     constraint::JunctionConstraint,
+    drivers::Driver,
     leader::{self, Leader},
     map::Map,
     occupancy::Occupancy,
-    passing, pedals, recover, route, steer,
+    passing, pedals, reaction, recover, route, steer,
     tracks::NONE,
     vehicle_table::VehicleTable,
 };
@@ -34,6 +35,9 @@ pub(crate) struct View<'a> {
     pub(crate) desired_speeds: &'a [f32],
     /// By row: the lateral offset that a client has set.
     pub(crate) offsets_left_m: &'a [f32],
+    /// By row: the driver.
+    pub(crate) drivers: &'a [Driver],
+    pub(crate) seed: u64,
     /// By row: the gap to keep at standstill.
     pub(crate) gaps: &'a [f32],
 }
@@ -85,7 +89,12 @@ pub(crate) fn control(
     } else {
         view.gaps[row]
     };
-    let mut accel = car_following::accelerate(speed.max(0.0), desired, &leader, &constraint, gap_m);
+    let driver = &view.drivers[row];
+    let leader_id = agents.id.get(leader.agent as usize).copied().unwrap_or(0);
+    let noise = (view.seed, delta_s);
+    let seen = reaction::perceive(vehicles, row, leader, leader_id, speed, driver, noise);
+    let mut accel =
+        car_following::accelerate(speed.max(0.0), desired, &seen, &constraint, gap_m, driver);
     if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
         accel = accel.min(-3.0);
     }
@@ -118,6 +127,7 @@ pub(crate) fn control(
             flag::REVERSE,
         );
     }
+    let accel = reaction::start(vehicles, row, speed, accel, driver, delta_s);
     let mut accel_integral = vehicles.accel_integral[row];
     let pressed = pedals::press(
         accel,

@@ -14,6 +14,7 @@ mod exit_cycles;
 mod exit_room;
 mod gap_acceptance;
 mod presence;
+mod presence_list;
 mod requests;
 mod reservation;
 mod state;
@@ -59,6 +60,7 @@ impl Junctions {
         }
         self.list_presences(vehicles, view);
         self.sort_requests(vehicles, view);
+        self.list_starving(vehicles, view);
         for index in 0..self.requests.len() {
             let request = self.requests[index];
             let (wait, agent) = self.assess(vehicles, &request, view);

@@ -7,6 +7,7 @@ use crate::{
     agents::Agents,
     car_following::{free_accel, idm, route_end},
     client_route::ClientRoutes,
+    drivers::Driver,
     leader::{Leader, first_ahead},
     map::Map,
     occupancy::Occupancy,
@@ -23,10 +24,8 @@ const DECISION_PERIOD_S: f32 = 0.6;
 const COOLDOWN_S: f32 = 8.0;
 /// Safe deceleration that a change may impose on the new follower (MOBIL's b_safe).
 const SAFE_BRAKE_MPS2: f32 = 2.5;
-/// Politeness factor (MOBIL's p).
-const POLITENESS: f32 = 0.3;
 /// Changing threshold (MOBIL's Δa_th).
-const THRESHOLD_MPS2: f32 = 0.35;
+const THRESHOLD_MPS2: f32 = 0.2;
 /// Incentive to leave a lane that ends.
 const LANE_END_BONUS_MPS2: f32 = 4.0;
 /// Duration of a lane change.
@@ -53,6 +52,8 @@ pub(crate) struct View<'a> {
     /// By row: the leader on the route.
     pub(crate) leaders: &'a [Leader],
     pub(crate) desired_speeds: &'a [f32],
+    /// By row: the driver.
+    pub(crate) drivers: &'a [Driver],
     pub(crate) seed: u64,
     pub(crate) delta_s: f32,
 }
@@ -196,7 +197,8 @@ fn best(
         return None;
     }
     let own = agents.body[agent];
-    let current = accel(speed, view.desired_speeds[row], &view.leaders[row]);
+    let driver = &view.drivers[row];
+    let current = accel(speed, view.desired_speeds[row], &view.leaders[row], driver);
     let mut best: Option<(f32, (u32, f32, f32))> = None;
     for ((side, allowed), sign) in sides.into_iter().zip(allowed).zip([1.0, -1.0]) {
         if side == NONE || side == lane || !allowed || !motive.takes(sign) {
@@ -235,8 +237,9 @@ fn best(
             return Some((side, projection.arc_m, projection.left_m));
         }
         let bonus = if urgent && tracks.endless[side as usize] { LANE_END_BONUS_MPS2 } else { 0.0 };
-        let incentive =
-            gap.own - current + bonus + POLITENESS * (gap.follower - gap.follower_now).min(0.0);
+        let incentive = gap.own - current
+            + bonus
+            + driver.courtesy * (gap.follower - gap.follower_now).min(0.0);
         if incentive > THRESHOLD_MPS2 && best.is_none_or(|(most, _)| incentive > most) {
             best = Some((incentive, (side, projection.arc_m, projection.left_m)));
         }
@@ -294,12 +297,19 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
     for &before in tracks.previous(side) {
         behind(before, tracks.length(before));
     }
-    let own_accel = accel(speed, view.desired_speeds[row], &leader);
+    let own_accel = accel(speed, view.desired_speeds[row], &leader, &view.drivers[row]);
+    // Others are expected to drive like the median.
+    let other = &Driver::MEDIAN;
     let (follower_accel, follower_now) = match follower {
         Some((gap, mps)) => {
-            let now =
-                idm(mps, leader.speed_mps, gap + (front - rear) + leader.gap_m.min(200.0), GAP_M);
-            (idm(mps, speed, gap, GAP_M), now)
+            let now = idm(
+                mps,
+                leader.speed_mps,
+                gap + (front - rear) + leader.gap_m.min(200.0),
+                GAP_M,
+                other,
+            );
+            (idm(mps, speed, gap, GAP_M, other), now)
         }
         None => (0.0, 0.0),
     };
@@ -308,10 +318,10 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
 }
 
 /// Returns the acceleration towards the desired speed behind a leader.
-fn accel(speed: f32, desired: f32, leader: &Leader) -> f32 {
-    let free_accel = free_accel(speed, desired);
+fn accel(speed: f32, desired: f32, leader: &Leader, driver: &Driver) -> f32 {
+    let free_accel = free_accel(speed, desired, driver);
     if leader.gap_m.is_finite() {
-        free_accel.min(idm(speed, leader.speed_mps, leader.gap_m, GAP_M))
+        free_accel.min(idm(speed, leader.speed_mps, leader.gap_m, GAP_M, driver))
     } else {
         free_accel
     }

@@ -29,6 +29,7 @@ const CODE: &str = concat!(
     include_str!("map.rs"),
     include_str!("swept_path.rs"),
     include_str!("tracks.rs"),
+    include_str!("tracks/lookup.rs"),
 );
 
 /// What takes long to derive.

@@ -38,6 +38,13 @@ pub(crate) struct Obstacle {
     pub(crate) leader: Leader,
 }
 
+/// Returns the obstacles of one row in a list that is sorted by row.
+pub(crate) fn of_row(obstacles: &[Obstacle], row: usize) -> &[Obstacle] {
+    let begin = obstacles.partition_point(|obstacle| obstacle.row < row);
+    let end = begin + obstacles[begin..].partition_point(|obstacle| obstacle.row == row);
+    &obstacles[begin..end]
+}
+
 /// A rectangle on the ground.
 #[derive(Clone, Copy)]
 struct Footprint {
@@ -110,14 +117,15 @@ fn find_for(
         .min(if wide { f32::INFINITY } else { HORIZON_M });
     let forward = agents.forward[own];
     let now = Footprint::of(body, position.truncate(), forward);
-    let mut near: Vec<(usize, Footprint)> = (0..agents.count())
+    let reach_m = horizon_m + 15.0;
+    let places = if wide { &agents.places } else { &agents.wide_places };
+    let mut near: Vec<(usize, Footprint)> = places
+        .near(position.truncate(), reach_m)
+        .into_iter()
+        .map(|other| other as usize)
         .filter(|&other| {
             let to = agents.position[other] - position;
-            let reach_m = horizon_m + 15.0;
-            other != own
-                && (wide || agents.body[other].is_wide())
-                && to.z.abs() < 3.0
-                && to.truncate().length_squared() < reach_m * reach_m
+            other != own && to.z.abs() < 3.0 && to.truncate().length_squared() < reach_m * reach_m
         })
         .map(|other| {
             let place = agents.position[other].truncate();
@@ -241,7 +249,11 @@ pub(crate) fn touched(
     let (position, forward) = (agents.position[own], agents.forward[own]);
     let now = Footprint::of(&agents.body[own], position.truncate(), forward).grown(NARROW_M);
     let reach_m = distance_m + 20.0;
-    let mut near: Vec<(u32, Footprint)> = (0..agents.count())
+    let mut near: Vec<(u32, Footprint)> = agents
+        .places
+        .near(position.truncate(), reach_m)
+        .into_iter()
+        .map(|other| other as usize)
         .filter(|&other| {
             let to = agents.position[other] - position;
             let is_near = to.truncate().length_squared() < reach_m * reach_m;

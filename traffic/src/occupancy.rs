@@ -12,6 +12,10 @@ use crate::{
 /// Half the width of the corridor along a track that must be free: half of a wide car, and a
 /// clearance.
 const CORRIDOR_M: f32 = 1.35;
+/// Distance along a track from a hint up to which the direction there tells whether an agent is near,
+/// metres, and the highest curvature that is reckoned with.
+const HINT_M: f32 = 5.0;
+const CURVATURE_MAX_PER_M: f32 = 0.15;
 /// Largest height difference between an agent and its track.
 const STOREY_M: f32 = 3.0;
 /// Largest distance at which parameters to ignore agents are evaluated.
@@ -80,7 +84,8 @@ impl Occupancy {
         }
         for &own in &agents.driven {
             let place = agents.position[own as usize];
-            for other in 0..agents.count() {
+            for other in agents.places.near(place.truncate(), IGNORE_RANGE_M) {
+                let other = other as usize;
                 let near = agents.position[other].distance_squared(place)
                     < IGNORE_RANGE_M * IGNORE_RANGE_M;
                 let id = agents.id[own as usize];
@@ -219,13 +224,38 @@ fn occupied_stretch(
     near: Vec2,
     hint_m: f32,
 ) -> Option<Occupant> {
+    // Most tracks around are too far away, which needs no exact projection.
+    let beside = tracks.beside_hint(lane, near, hint_m);
+    let off_m = beside.arc_m.abs();
+    let bend_m = CURVATURE_MAX_PER_M * off_m * (off_m + agents.body[agent].length_m());
+    let reach_m = reach_m(agents, agent, beside.tangent) + bend_m;
+    if off_m < HINT_M && beside.left_m.abs() > reach_m {
+        return None;
+    }
+    exact_stretch(tracks, agents, agent, lane, near, hint_m)
+}
+
+/// Returns how far beside a track of this direction an agent can be that covers its corridor.
+fn reach_m(agents: &Agents, agent: usize, tangent: Vec2) -> f32 {
+    let (size, forward) = (agents.body[agent], agents.forward[agent]);
+    let (along, across) = (tangent.dot(forward).abs(), tangent.perp_dot(forward).abs());
+    size.length_m() * across + size.half_width_m * along + CORRIDOR_M
+}
+
+/// As [`occupied_stretch`], without the early exit.
+fn exact_stretch(
+    tracks: &Tracks,
+    agents: &Agents,
+    agent: usize,
+    lane: u32,
+    near: Vec2,
+    hint_m: f32,
+) -> Option<Occupant> {
     let size = agents.body[agent];
     let projection = tracks.project(lane, near, hint_m);
     let forward = agents.forward[agent];
     let (cos, sin) = (projection.tangent.dot(forward), projection.tangent.perp_dot(forward));
-    // Early exit: farther from the track than the agent reaches.
-    let reach = size.length_m() * sin.abs() + size.half_width_m * cos.abs() + CORRIDOR_M;
-    if projection.left_m.abs() > reach {
+    if projection.left_m.abs() > reach_m(agents, agent, projection.tangent) {
         return None;
     }
     let offset = agents.position[agent].truncate() - near;
@@ -291,6 +321,39 @@ mod tests {
         // A car on the track.
         let along = [(2.0, 1.0), (-2.0, 1.0), (-2.0, -1.0), (2.0, -1.0)];
         assert_eq!(clip(&along, 1.35), Some((-2.0, 2.0)));
+    }
+
+    #[test]
+    fn the_early_exit_loses_no_stretch() {
+        use crate::tests::maps;
+        use mesh::RandomStream;
+        use protocol::{ActorId, Pose};
+
+        let tracks = Tracks::new(&maps::town());
+        let (grid, bodies) = (Grid::new(&tracks), Bodies::from_catalogue());
+        let mut draws = RandomStream::from_state(1);
+        let (mut agents, mut covered, mut skipped) = (Agents::default(), 0, 0);
+        for lane in (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)) {
+            for _ in 0..8 {
+                let (point, tangent, _) = tracks.at(lane, draws.unit() * tracks.length(lane));
+                let beside = tangent.perp() * draws.between(-6.0, 6.0);
+                let yaw = tangent.to_angle() + draws.between(-0.4, 0.4);
+                let pose = Pose::level(point + beside.extend(0.0), yaw);
+                let (blueprint, kind) = (u32::MAX, kind::VEHICLE);
+                let actor_id = ActorId(1);
+                let actor = ActorState { actor_id, kind, blueprint, pose, ..Default::default() };
+                agents.read(&[actor], &bodies);
+                let near = agents.position[0].truncate();
+                for &(lane, hint_m) in grid.near(near) {
+                    let exact = exact_stretch(&tracks, &agents, 0, lane, near, hint_m).is_some();
+                    let found = occupied_stretch(&tracks, &agents, 0, lane, near, hint_m).is_some();
+                    assert!(found || !exact, "lane {lane} at {near} {yaw}");
+                    covered += usize::from(exact);
+                    skipped += usize::from(!found);
+                }
+            }
+        }
+        assert!(covered > 1000 && skipped > 1000, "{covered} {skipped}");
     }
 
     #[test]

@@ -45,6 +45,20 @@ impl Params {
         self.get(id, param::SPEED_REDUCTION, 0.0).clamp(-3.0, 1.0)
     }
 
+    /// Returns by how much drivers differ: 0 not at all, 1 as in the field.
+    pub(crate) fn driver_spread(&self) -> f32 {
+        self.find(0, param::DRIVER_SPREAD).unwrap_or(1.0).clamp(0.0, 3.0)
+    }
+
+    /// Returns whether a client has set the speed of this vehicle, absolutely or by the limit.
+    pub(crate) fn sets_speed(&self, id: u32) -> bool {
+        [id, 0].into_iter().any(|id| {
+            self.find(id, param::SPEED_MPS)
+                .or_else(|| self.find(id, param::SPEED_REDUCTION))
+                .is_some()
+        })
+    }
+
     /// Returns the gap that this vehicle keeps at standstill, metres.
     pub(crate) fn gap_m(&self, id: u32) -> f32 {
         self.get(id, param::GAP_M, GAP_M).clamp(0.5, 100.0)

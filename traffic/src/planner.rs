@@ -11,6 +11,7 @@ use crate::{
     car_following::{self, SpeedPolicy},
     demand::Demand,
     detectors, drive,
+    drivers::{Driver, Drivers},
     junction::{self, Junctions},
     lamps, lane_change,
     leader::{self, Leader},
@@ -56,6 +57,7 @@ struct Scratch {
     speed_policies: Vec<SpeedPolicy>,
     offsets_left_m: Vec<f32>,
     gaps: Vec<f32>,
+    drivers: Drivers,
     ignore_lights: Vec<f32>,
     ignore_signs: Vec<f32>,
 }
@@ -239,6 +241,7 @@ impl Planner {
 
     /// Reads the agents of a snapshot, and the parameters of each vehicle.
     fn read(&mut self, actors: &[ActorState]) {
+        let draws = self.random_seed();
         let scratch = &mut self.scratch;
         scratch.agents.read(actors, &self.map.bodies);
         scratch.driven_ids.clear();
@@ -246,17 +249,19 @@ impl Planner {
         scratch.driven_ids.extend(agents.driven.iter().map(|&agent| agents.id[agent as usize]));
         self.state.vehicles.retain(&scratch.driven_ids);
         let params = &self.state.params;
+        scratch.drivers.update(&scratch.driven_ids, draws, params.driver_spread());
+        let drivers = scratch.drivers.rows();
         let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
             column.clear();
             column.extend(scratch.driven_ids.iter().map(|&id| of(id)));
         };
         scratch.speed_policies.clear();
-        scratch.speed_policies.extend(scratch.driven_ids.iter().map(
-            |&id| match params.speed_mps(id) {
-                Some(mps) => SpeedPolicy::Fixed(mps),
-                None => SpeedPolicy::Reduced(params.speed_reduction(id)),
-            },
-        ));
+        let policy = |(&id, driver): (&u32, &Driver)| match params.speed_mps(id) {
+            Some(mps) => SpeedPolicy::Fixed(mps),
+            None if params.sets_speed(id) => SpeedPolicy::Reduced(params.speed_reduction(id)),
+            None => SpeedPolicy::Reduced(1.0 - driver.speed_factor),
+        };
+        scratch.speed_policies.extend(scratch.driven_ids.iter().zip(drivers).map(policy));
         param(&mut scratch.offsets_left_m, &|id| params.offset_left_m(id));
         param(&mut scratch.ignore_signs, &|id| params.ignore_signs(id));
         param(&mut scratch.gaps, &|id| params.gap_m(id));
@@ -398,6 +403,7 @@ impl Planner {
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
             desired_speeds: &scratch.desired_speeds,
+            drivers: scratch.drivers.rows(),
             seed: self.random_seed(),
             delta_s: seconds(delta_nanos),
         };
@@ -407,6 +413,7 @@ impl Planner {
 
     /// Turns the decisions into controls.
     fn drive(&mut self, delta_nanos: u64) {
+        let seed = self.random_seed();
         let (scratch, vehicles) = (&self.scratch, &mut self.state.vehicles);
         let view = drive::View {
             map: &self.map,
@@ -417,6 +424,8 @@ impl Planner {
             constraints: &scratch.junctions.constraints,
             desired_speeds: &scratch.desired_speeds,
             offsets_left_m: &scratch.offsets_left_m,
+            drivers: scratch.drivers.rows(),
+            seed,
             gaps: &scratch.gaps,
         };
         self.controls.clear();

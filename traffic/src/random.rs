@@ -21,6 +21,10 @@ pub(crate) enum Purpose {
     Ignore = 5,
     /// Whether to make a random lane change.
     RandomLaneChange = 6,
+    /// What distinguishes a driver from others.
+    Driver = 7,
+    /// The error of an estimated gap.
+    GapError = 8,
 }
 
 /// Returns the `count`-th draw of a stream, uniform over all of u64.
@@ -34,7 +38,7 @@ pub(crate) fn unit(seed: u64, actor: u32, purpose: Purpose, count: u64) -> f32 {
 }
 
 /// Returns the stream of (seed, actor, purpose) after `count` draws.
-fn stream(seed: u64, actor: u32, purpose: Purpose, count: u64) -> RandomStream {
+pub(crate) fn stream(seed: u64, actor: u32, purpose: Purpose, count: u64) -> RandomStream {
     let state = mixed(seed, u64::from(actor) << 8 | purpose as u64);
     RandomStream::from_state(state).skip(count)
 }

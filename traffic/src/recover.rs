@@ -119,7 +119,10 @@ pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m:
     let edge = if direction > 0.0 { size.front_m } else { size.rear_m };
     let centre =
         agents.position[agent].truncate() + forward * direction * (edge + 0.5 * distance_m);
-    (0..agents.count()).all(|other| {
+    // A diagonal of the rectangle, and that of the other agent.
+    let reach_m = distance_m + size.half_width_m + 0.2 + agents.reach_max_m;
+    agents.places.near(centre, reach_m).into_iter().all(|other| {
+        let other = other as usize;
         other == agent
             || (agents.position[other].z - agents.position[agent].z).abs() > 3.0
             || !touches(agents, other, centre, forward, 0.5 * distance_m, size.half_width_m + 0.2)

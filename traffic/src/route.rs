@@ -174,7 +174,10 @@ pub(crate) fn start_u_turn(
         let reach = agents.body[agent].length_m() + 6.0 + 4.0 * o.speed_mps.max(0.0);
         o.agent != own && (o.front_m - projection.arc_m).abs() < reach
     });
-    let occupied = (0..vehicles.id.len()).any(|other| {
+    let around = agents.places.near(position, U_TURN_CLEARANCE_M);
+    let rows = around.into_iter().map(|other| agents.row[other as usize]);
+    let occupied = rows.filter(|&other| other != NONE).any(|other| {
+        let other = other as usize;
         let place = agents.position[agents.driven[other] as usize].truncate();
         let ahead = (place - position).dot(agents.forward[agent]) > 0.0;
         let near = place.distance_squared(position) < U_TURN_CLEARANCE_M * U_TURN_CLEARANCE_M;

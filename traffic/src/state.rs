@@ -9,7 +9,7 @@ use crate::{client_route::ClientRoutes, params::Params, vehicle_table::VehicleTa
 
 /// Magic number of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// Why bytes cannot be restored on this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -3,6 +3,7 @@
 mod client_route;
 mod course;
 mod driving;
+mod flow;
 mod junctions;
 mod lights;
 pub(crate) mod maps;

@@ -4,10 +4,12 @@
 //! direction. All distances along tracks are arc lengths in metres; lateral offsets are positive to
 //! the left. Tracks are indexed by `road::LaneIndex`; lanes for other uses have an empty track.
 
+mod lookup;
+
 use std::borrow::Cow;
 
 use bake::Parts;
-use bytemuck::cast_slice;
+use bytemuck::{Pod, Zeroable, cast_slice};
 use glam::{Vec2, Vec3};
 use road::{Lane, LaneIndex, LanePoint, LaneTypes, Network};
 
@@ -37,17 +39,6 @@ const DEFAULT_LIMIT_MPS: f32 = 50.0 / 3.6;
 const NARROW_M: f32 = 1.3;
 /// Bound on the speed of all tracks.
 const FASTEST_MPS: f32 = 70.0;
-
-/// The position of a point relative to a track (Frenet coordinates).
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Projection {
-    /// Arc length; below 0 or beyond the track's length for points before or after it.
-    pub(crate) arc_m: f32,
-    /// Lateral offset, positive to the left.
-    pub(crate) left_m: f32,
-    /// Driving direction there, unit length.
-    pub(crate) tangent: Vec2,
-}
 
 /// All tracks of a network as a structure of arrays.
 pub(crate) struct Tracks {
@@ -83,15 +74,22 @@ pub(crate) struct Tracks {
     pub(crate) endless: Vec<bool>,
     next: Links,
     previous: Links,
-    point: Vec<Vec3>,
-    tangent: Vec<Vec2>,
-    curvature: Vec<f32>,
-    /// Half the lane's width, by sample.
-    half_width: Vec<f32>,
-    /// Highest speed that allows every curve ahead on this lane, by sample.
-    curve_speed: Vec<f32>,
+    samples: Vec<Sample>,
     /// Highest curve speed on the lane, by lane.
     top_curve_speed: Vec<f32>,
+}
+
+/// A point of a track. What is read together lies together.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Sample {
+    point: Vec3,
+    tangent: Vec2,
+    curvature: f32,
+    /// Half the lane's width.
+    half_width: f32,
+    /// Highest speed that allows every curve ahead on this lane.
+    curve_speed: f32,
 }
 
 /// Lists of lanes, by lane.
@@ -155,15 +153,11 @@ impl Tracks {
             previous: Links::new(lanes.len(), |lane| {
                 if usable(lane) { sorted_links(&lanes[lane].predecessors) } else { Vec::new() }
             }),
-            point: Vec::new(),
-            tangent: Vec::new(),
-            curvature: Vec::new(),
-            half_width: Vec::new(),
-            curve_speed: Vec::new(),
+            samples: Vec::new(),
             top_curve_speed: Vec::with_capacity(lanes.len()),
         };
         for lane in 0..lanes.len() {
-            tracks.first.push(tracks.point.len() as u32);
+            tracks.first.push(tracks.samples.len() as u32);
             if usable(lane) {
                 tracks.sample(network, LaneIndex(lane as u32));
             } else {
@@ -172,7 +166,7 @@ impl Tracks {
                 tracks.usable_m.push(0.0);
             }
         }
-        tracks.first.push(tracks.point.len() as u32);
+        tracks.first.push(tracks.samples.len() as u32);
         tracks.endless = endless(&tracks);
         tracks.zone = zones(&tracks, network);
         for lane in 0..lanes.len() as u32 {
@@ -203,11 +197,7 @@ impl Tracks {
             cast_slice(&self.next.lanes).into(),
             cast_slice(&self.previous.first).into(),
             cast_slice(&self.previous.lanes).into(),
-            cast_slice(&self.point).into(),
-            cast_slice(&self.tangent).into(),
-            cast_slice(&self.curvature).into(),
-            cast_slice(&self.half_width).into(),
-            cast_slice(&self.curve_speed).into(),
+            cast_slice(&self.samples).into(),
             cast_slice(&self.top_curve_speed).into(),
         ]
     }
@@ -235,11 +225,7 @@ impl Tracks {
             endless: bools(parts)?,
             next: Links { first: parts.take()?, lanes: parts.take()? },
             previous: Links { first: parts.take()?, lanes: parts.take()? },
-            point: parts.take()?,
-            tangent: parts.take()?,
-            curvature: parts.take()?,
-            half_width: parts.take()?,
-            curve_speed: parts.take()?,
+            samples: parts.take()?,
             top_curve_speed: parts.take()?,
         })
     }
@@ -282,7 +268,8 @@ impl Tracks {
     /// Returns the highest curvature of `lane`, whatever its sign.
     fn sharpest(&self, lane: u32) -> f32 {
         let (first, count) = (self.first[lane as usize] as usize, self.samples(lane).0);
-        self.curvature[first..first + count].iter().fold(0.0, |most, one| most.max(one.abs()))
+        let samples = &self.samples[first..first + count];
+        samples.iter().fold(0.0, |most, one| most.max(one.curvature.abs()))
     }
 
     /// Returns the change of direction of a path through a junction from its first lane to its
@@ -308,96 +295,7 @@ impl Tracks {
 
     /// Returns sample `index` of `lane`.
     pub(crate) fn sample_point(&self, lane: u32, index: usize) -> Vec3 {
-        self.point[self.first[lane as usize] as usize + index]
-    }
-
-    /// Returns the sample at or before `arc_m`, and the fraction of the way to the next, 0 to 1.
-    fn sample_at(&self, lane: u32, arc_m: f32) -> (usize, f32) {
-        let first = self.first[lane as usize] as usize;
-        let last = self.first[lane as usize + 1] as usize - 1;
-        let at = (arc_m / self.step_m[lane as usize]).clamp(0.0, (last - first) as f32);
-        let index = (at as usize).min(last - first - 1);
-        (first + index, at - index as f32)
-    }
-
-    /// Returns centre, unit driving direction and curvature (positive to the left) at `arc_m`;
-    /// extrapolated straight before the start and after the end.
-    pub(crate) fn at(&self, lane: u32, arc_m: f32) -> (Vec3, Vec2, f32) {
-        let (i, part) = self.sample_at(lane, arc_m);
-        let tangent = self.tangent[i].lerp(self.tangent[i + 1], part).normalize_or(Vec2::X);
-        let mut point = self.point[i].lerp(self.point[i + 1], part);
-        let beyond = arc_m - arc_m.clamp(0.0, self.length(lane));
-        point += (tangent * beyond).extend(0.0);
-        let curvature = self.curvature[i] + (self.curvature[i + 1] - self.curvature[i]) * part;
-        (point, tangent, curvature)
-    }
-
-    /// Returns the highest speed at `arc_m` that allows every curve ahead on this lane.
-    pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.sample_at(lane, arc_m);
-        self.curve_speed[i] + (self.curve_speed[i + 1] - self.curve_speed[i]) * part
-    }
-
-    /// Returns the highest speed anywhere on `lane` that its curves allow.
-    pub(crate) fn top_curve_speed(&self, lane: u32) -> f32 {
-        self.top_curve_speed[lane as usize]
-    }
-
-    /// Returns half the lane's width at `arc_m`.
-    pub(crate) fn half_width_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.sample_at(lane, arc_m);
-        self.half_width[i] + (self.half_width[i + 1] - self.half_width[i]) * part
-    }
-
-    /// Projects `point` onto the track, starting near `hint_m`.
-    ///
-    /// Newton's method on the arc length: two steps suffice from a hint within a few metres.
-    pub(crate) fn project(&self, lane: u32, point: Vec2, hint_m: f32) -> Projection {
-        let length = self.length(lane);
-        let mut arc_m = hint_m.clamp(0.0, length);
-        for _ in 0..3 {
-            let (centre, tangent, curvature) = self.at(lane, arc_m);
-            let offset = point - centre.truncate();
-            let left = tangent.perp_dot(offset);
-            let stretch = (1.0 - curvature * left).clamp(0.4, 2.5);
-            arc_m = (arc_m + tangent.dot(offset) / stretch).clamp(0.0, length);
-        }
-        let (centre, tangent, _) = self.at(lane, arc_m);
-        let offset = point - centre.truncate();
-        let beyond = tangent.dot(offset);
-        let beyond = if arc_m <= 0.0 {
-            beyond.min(0.0)
-        } else if arc_m >= length {
-            beyond.max(0.0)
-        } else {
-            0.0
-        };
-        Projection { arc_m: arc_m + beyond, left_m: tangent.perp_dot(offset), tangent }
-    }
-
-    /// Returns the arc length and the squared distance of the sample of `lane` nearest to `point`.
-    pub(crate) fn nearest_sample(&self, lane: u32, point: Vec2) -> (f32, f32) {
-        let (count, step) = self.samples(lane);
-        let mut best = (0.0, f32::INFINITY);
-        for index in 0..count {
-            let distance = self.sample_point(lane, index).truncate().distance_squared(point);
-            if distance < best.1 {
-                best = (index as f32 * step, distance);
-            }
-        }
-        best
-    }
-
-    /// Returns the track nearest to a point at any distance, and the arc length there.
-    pub(crate) fn nearest(&self, point: Vec2) -> Option<(u32, f32)> {
-        let mut best: Option<(f32, u32, f32)> = None;
-        for lane in (0..self.count() as u32).filter(|&lane| self.has(lane)) {
-            let (arc_m, distance) = self.nearest_sample(lane, point);
-            if best.is_none_or(|(least, ..)| distance < least) {
-                best = Some((distance, lane, arc_m));
-            }
-        }
-        best.map(|(_, lane, arc_m)| (lane, arc_m))
+        self.samples[self.first[lane as usize] as usize + index].point
     }
 
     /// Samples one lane: finely along s, then evenly along the arc.
@@ -430,17 +328,21 @@ impl Tracks {
             let part = ((target_m - arc[k]) / (arc[k + 1] - arc[k]).max(1e-9)).clamp(0.0, 1.0);
             let along_m = along(k) + (along(k + 1) - along(k)) * part;
             let at = place(along_m);
-            self.point.push(at.position.as_vec3());
-            self.tangent.push(Vec2::from_angle(at.heading_rad as f32));
             let width = network.width(LanePoint { lane: index, along_m });
-            self.half_width.push(0.5 * width as f32);
+            self.samples.push(Sample {
+                point: at.position.as_vec3(),
+                tangent: Vec2::from_angle(at.heading_rad as f32),
+                curvature: 0.0,
+                half_width: 0.5 * width as f32,
+                curve_speed: FASTEST_MPS,
+            });
         }
         self.length_m.push(total as f32);
         self.step_m.push(total as f32 / count as f32);
         self.set_curvature(index.0, count + 1);
         let first = self.first[index.0 as usize] as usize;
         let ends = self.next(index.0).is_empty();
-        let wide = self.half_width[first..].iter().rposition(|&half| half >= NARROW_M);
+        let wide = self.samples[first..].iter().rposition(|at| at.half_width >= NARROW_M);
         let usable = wide.map_or(0, |last| if ends { last } else { count });
         self.usable_m.push(usable as f32 * self.step_m[index.0 as usize]);
     }
@@ -453,23 +355,24 @@ impl Tracks {
         let reach = ((2.0 / step).round() as usize).max(1);
         for index in 0..count {
             let (from, to) = (index.saturating_sub(reach), (index + reach).min(count - 1));
-            let turn = self.tangent[first + from].angle_to(self.tangent[first + to]);
-            self.curvature.push(turn / ((to - from) as f32 * step).max(0.2));
+            let tangent = |at: usize| self.samples[first + at].tangent;
+            let turn = tangent(from).angle_to(tangent(to));
+            self.samples[first + index].curvature = turn / ((to - from) as f32 * step).max(0.2);
         }
     }
 
     fn set_curve_speed(&mut self, lane: u32) {
         let (count, step) = self.samples(lane);
         let first = self.first[lane as usize] as usize;
-        self.curve_speed.resize(first + count, FASTEST_MPS);
         let mut ahead = FASTEST_MPS;
         for index in (first..first + count).rev() {
-            let curve = (CURVE_MPS2 / self.curvature[index].abs().max(1e-4)).sqrt();
+            let curve = (CURVE_MPS2 / self.samples[index].curvature.abs().max(1e-4)).sqrt();
             let brake = (ahead * ahead + 2.0 * CURVE_BRAKE_MPS2 * step).sqrt();
             ahead = curve.min(brake).min(FASTEST_MPS);
-            self.curve_speed[index] = ahead;
+            self.samples[index].curve_speed = ahead;
         }
-        self.top_curve_speed.push(self.curve_speed[first..].iter().copied().fold(0.0, f32::max));
+        let speeds_mps = self.samples[first..first + count].iter().map(|at| at.curve_speed);
+        self.top_curve_speed.push(speeds_mps.fold(0.0, f32::max));
     }
 }
 

@@ -151,6 +151,16 @@ columns! {
     wait_s: f32 = 0.0,
     /// Time that a reservation has been unused.
     reservation_idle_s: f32 = 0.0,
+    /// Actor id of the leader that the driver has seen; 0 without one.
+    seen_leader: u32 = 0,
+    /// Speed of that leader as the driver perceives it.
+    seen_mps: f32 = 0.0,
+    /// Error of the estimated gap, in standard deviations.
+    gap_error: f32 = 0.0,
+    /// Number of steps of that error.
+    error_draws: u32 = 0,
+    /// Time at standstill since the vehicle may drive.
+    start_s: f32 = 0.0,
     /// Integral of the acceleration error.
     accel_integral: f32 = 0.0,
     /// Time at standstill though the vehicle should move.

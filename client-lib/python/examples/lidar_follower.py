@@ -124,6 +124,8 @@ def main(map: str = str(OVAL)) -> list[Sample]:
         y_m = float(at[1]) + 14.0 * math.sin(heading_rad)
         x, y, z, w = (float(value) for value in place["rotation_xyzw"])
         ahead = omnibus.Pose((x_m, y_m, float(at[2]) + 0.5), (x, y, z, w))
+        # The vehicle ahead drives at the limit and not faster.
+        client.traffic.set(driver_spread=0.0)
         leader = client.spawn("vehicle.audi.a2", ahead, autopilot=True)
         blueprint = next(b for b in client.blueprints if b.id == "vehicle.audi.a2")
         for frame in client.ticks(TICKS):

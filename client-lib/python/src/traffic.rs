@@ -42,12 +42,14 @@ fn named(name: &str, value: f32) -> PyResult<TrafficParam> {
         "ignore_signs" => TrafficParam::IgnoreSigns(value),
         "ignore_vehicles" => TrafficParam::IgnoreVehicles(value),
         "ignore_walkers" => TrafficParam::IgnoreWalkers(value),
+        "driver_spread" => TrafficParam::DriverSpread(value),
         "automatic_lights" => TrafficParam::AutomaticLights(value != 0.0),
         other => {
             return Err(PyValueError::new_err(format!(
                 "unknown traffic parameter {other:?}; use speed_reduction, speed_mps, gap_m, \
                  offset_left_m, changes_lanes, keep_right, change_left, change_right, \
-                 ignore_lights, ignore_signs, ignore_vehicles, ignore_walkers or automatic_lights"
+                 ignore_lights, ignore_signs, ignore_vehicles, ignore_walkers, driver_spread or \
+                 automatic_lights"
             )));
         }
     })

@@ -18,6 +18,9 @@ pub(crate) struct PopulationArgs {
     /// Pedestrians on the sidewalks
     #[arg(long, default_value_t = 0)]
     walkers: u32,
+    /// By how much drivers of --vehicles differ: 0 not at all, 1 as in the field, at most 3
+    #[arg(long, value_name = "SPREAD", default_value_t = 1.0)]
+    driver_spread: f32,
     /// The weather: clear, cloudy, overcast, wet, drizzle, rain, storm or fog
     #[arg(long, value_name = "NAME")]
     weather: Option<String>,
@@ -48,6 +51,8 @@ impl PopulationArgs {
         seed: u64,
         weather: Option<Weather>,
     ) -> anyhow::Result<Option<JoinHandle<()>>> {
+        let spread = self.driver_spread;
+        ensure!((0.0..=3.0).contains(&spread), "--driver-spread is {spread}; use 0 to 3");
         if weather.is_none() && self.vehicles == 0 && self.walkers == 0 {
             return Ok(None);
         }
@@ -80,6 +85,7 @@ impl PopulationArgs {
         let traffic = TrafficEntry {
             vehicles: self.vehicles,
             walkers: self.walkers,
+            driver_spread: self.driver_spread,
             ..TrafficEntry::default()
         };
         let users = RoadUsers::anywhere(&mut client, seed, traffic)?;

@@ -53,6 +53,8 @@ pub mod param {
     /// 1: traffic switches the vehicle lights: indicators, brake lights, and low beam, position and
     /// fog lights by the weather.
     pub const LAMPS: u32 = 15;
+    /// For every vehicle: by how much drivers differ. 0: not at all; 1, the default: as in the field.
+    pub const DRIVER_SPREAD: u32 = 16;
     /// Plus the id of an actor: 1 ignores that actor, 0 does not, whatever the fractions say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 

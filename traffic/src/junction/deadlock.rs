@@ -8,7 +8,7 @@
 
 use super::gap_acceptance::{Blocked, are_wide};
 use super::reservation::move_forward;
-use super::state::{Junctions, Request, View, present, reserved_lanes};
+use super::state::{Junctions, Request, View, reserved_lanes};
 use super::wait_graph::{BEHIND_M, WaitGraph};
 use crate::{
     constraint::{JunctionConstraint, WaitReason},
@@ -51,9 +51,10 @@ impl Junctions {
             {
                 continue;
             }
-            let waits = graph.get_or_insert_with(|| WaitGraph::new(self, vehicles, view));
-            let Some(cycle) = waits.cycle(row) else { continue };
-            let blocked = waits.blocked_by(&cycle);
+            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.id.len()));
+            let examine = |row: usize| self.waits_of(vehicles, row, view);
+            let Some(cycle) = waits.cycle(row, &examine) else { continue };
+            let blocked = waits.blocked_by(&cycle, &examine);
             if self.exit_room(vehicles, &request, view).is_ok()
                 && self.can_enter(vehicles, &request, &blocked, view)
             {
@@ -69,9 +70,10 @@ impl Junctions {
             {
                 continue;
             }
-            let waits = graph.get_or_insert_with(|| WaitGraph::new(self, vehicles, view));
-            let Some(cycle) = waits.cycle(row) else { continue };
-            let blocked = waits.blocked_by(&cycle);
+            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.id.len()));
+            let examine = |row: usize| self.waits_of(vehicles, row, view);
+            let Some(cycle) = waits.cycle(row, &examine) else { continue };
+            let blocked = waits.blocked_by(&cycle, &examine);
             if self.can_go(vehicles, row, &blocked, view)
                 && move_forward(vehicles, reservations, row, &cycle)
             {
@@ -134,7 +136,7 @@ impl Junctions {
         let mut contested: Option<f32> = None;
         for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
             for conflict in view.map.conflicts.of(lane) {
-                for holder in present(&self.holders, conflict.other) {
+                for holder in self.holders.of(conflict.other) {
                     let other = view.agents.row[holder.agent as usize];
                     if holder.agent == own || other == NONE || !blocked.contains(&(other as usize))
                     {
@@ -164,7 +166,7 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) {
-        let others = [blocked, &self.rows_behind(vehicles, request)].concat();
+        let others = [blocked, &self.rows_behind(vehicles, request, view)].concat();
         if !move_forward(vehicles, reservations, request.row, &others) {
             return;
         }

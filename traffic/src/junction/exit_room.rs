@@ -23,7 +23,8 @@ impl Junctions {
         let own = view.agents.driven[row];
         let exit = lanes[request.to];
         let mut need = view.agents.body[own as usize].length_m() + STANDING_GAP_M;
-        for holder in 0..vehicles.id.len() {
+        for &holder in self.leaving_to.of(exit) {
+            let holder = holder as usize;
             if holder == row || vehicles.reservation[holder] == 0 || vehicles.located[holder] == 0 {
                 continue;
             }
@@ -70,6 +71,32 @@ impl Junctions {
         if room >= need { Ok(()) } else { Err(blocker) }
     }
 
+    /// Lists the holders of reservations by the lane beyond their junctions.
+    pub(super) fn list_leaving(&mut self, vehicles: &VehicleTable, view: &View) {
+        self.leaving_to.clear(view.map.tracks.count());
+        for row in 0..vehicles.id.len() {
+            if vehicles.reservation[row] != 0 && vehicles.located[row] == 1 {
+                let end = reserved_lanes(vehicles, row);
+                if let Some(&exit) = vehicles.route[row].lanes().get(end) {
+                    self.leaving_to.add_row(exit, row as u32);
+                }
+            }
+        }
+    }
+
+    /// Lists the requests of vehicles that have waited for long, or will have within this frame.
+    pub(super) fn list_starving(&mut self, vehicles: &VehicleTable, view: &View) {
+        self.starving.clear();
+        for (index, request) in self.requests.iter().enumerate() {
+            let exit = vehicles.route[request.row].lanes().get(request.to);
+            let is_near = vehicles.wait_s[request.row] + 2.0 * view.delta_s > STARVING_S;
+            if let Some(&exit) = exit.filter(|_| is_near) {
+                self.starving.push((exit, index as u32));
+            }
+        }
+        self.starving.sort_unstable();
+    }
+
     /// Returns the distance to the first line at which a row must stop without a further
     /// reservation.
     fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
@@ -102,7 +129,12 @@ impl Junctions {
                 && vehicles.route[other.row].lanes().get(other.to) == Some(&exit)
         };
         let length_m = |row: usize| view.agents.body[view.agents.driven[row] as usize].length_m();
-        let starving = self.requests.iter().filter(starves);
+        let begin = self.starving.partition_point(|(lane, _)| *lane < exit);
+        let starving = self.starving[begin..]
+            .iter()
+            .take_while(|(lane, _)| *lane == exit)
+            .map(|&(_, index)| &self.requests[index as usize])
+            .filter(starves);
         starving.map(|other| length_m(other.row) + STANDING_GAP_M).sum()
     }
 }
@@ -175,6 +207,7 @@ mod tests {
             red: false,
         };
         junctions.requests = vec![request(0), request(1)];
+        junctions.list_starving(&vehicles, &view);
         junctions.exit_room(&vehicles, &request(0), &view).is_ok()
     }
 

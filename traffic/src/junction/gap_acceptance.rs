@@ -1,10 +1,11 @@
 //! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
-use super::state::{BRAKE_MPS2, Junctions, Request, View, present, request_lanes, reserved_lanes};
+use super::state::{BRAKE_MPS2, Junctions, Request, View, request_lanes, reserved_lanes};
 use crate::{
     approach::Sign,
     constraint::WaitReason,
     leader::{Leader, leader},
+    obstacles,
     swept_path::RUN_OUT_M,
     tracks::NONE,
     vehicle_table::VehicleTable,
@@ -102,7 +103,7 @@ impl Junctions {
             });
             !on_way && leader.gap_m <= out_m && leader.gap_m >= request.line_m - 1.0
         };
-        let mut obstacles = view.obstacles.iter().filter(|obstacle| obstacle.row == request.row);
+        let mut obstacles = obstacles::of_row(view.obstacles, request.row).iter();
         let found = obstacles.find(|obstacle| blocks(&obstacle.leader));
         found.map_or(Ok(()), |obstacle| Err(obstacle.leader.agent))
     }
@@ -162,7 +163,7 @@ impl Junctions {
         for (k, &lane) in request_lanes(lanes, request) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
-                for holder in present(&self.holders, conflict.other) {
+                for holder in self.holders.of(conflict.other) {
                     let Some(area) = conflict.between(are_wide(view, own, holder.agent)) else {
                         continue;
                     };
@@ -189,7 +190,7 @@ impl Junctions {
                         return Err(holder.agent);
                     }
                 }
-                for other in present(&self.approaching, conflict.other) {
+                for other in self.approaching.of(conflict.other) {
                     let Some(area) = conflict.between(are_wide(view, own, other.agent)) else {
                         continue;
                     };
@@ -231,7 +232,7 @@ impl Junctions {
         for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
-                for holder in present(&self.holders, conflict.other) {
+                for holder in self.holders.of(conflict.other) {
                     let Some(area) = conflict.between(are_wide(view, own, holder.agent)) else {
                         continue;
                     };

@@ -1,6 +1,7 @@
 //! The vehicles that are in a junction or will be, and their time windows in conflict areas.
 
-use super::state::{BRAKE_MPS2, Junctions, Presence, View, request_lanes, reserved_lanes};
+use super::presence_list::Presence;
+use super::state::{BRAKE_MPS2, Junctions, View, request_lanes, reserved_lanes};
 use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
 /// Largest ratio of a vehicle's speed to the curve speed.
@@ -10,8 +11,10 @@ impl Junctions {
     /// Lists the holders of reservations and the vehicles that request one, by lane.
     pub(super) fn list_presences(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
-        self.holders.clear();
-        self.approaching.clear();
+        self.holders.clear(tracks.count());
+        self.approaching.clear(tracks.count());
+        self.list_leaving(vehicles, view);
+        self.list_starving(vehicles, view);
         for row in 0..vehicles.id.len() {
             if vehicles.located[row] == 0 || vehicles.reservation[row] == 0 {
                 continue;
@@ -20,7 +23,7 @@ impl Junctions {
             for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
                 if tracks.in_zone(lane) {
                     let top_mps = self.top_mps(vehicles, row, k, view);
-                    self.holders.push(Presence {
+                    self.holders.add(Presence {
                         lane,
                         agent: view.agents.driven[row],
                         start_m: self.start(row, k),
@@ -41,7 +44,7 @@ impl Junctions {
             for (k, &lane) in request_lanes(lanes, request) {
                 if tracks.in_zone(lane) {
                     let top_mps = self.top_mps(vehicles, request.row, k, view);
-                    self.approaching.push(Presence {
+                    self.approaching.add(Presence {
                         lane,
                         agent: view.agents.driven[request.row],
                         start_m: self.start(request.row, k),
@@ -52,8 +55,6 @@ impl Junctions {
             }
         }
         self.list_external(view);
-        self.holders.sort_unstable_by_key(|p| (p.lane, p.agent));
-        self.approaching.sort_unstable_by_key(|p| (p.lane, p.agent));
     }
 
     /// Adds vehicles that clients drive as holders of every lane that they may take.
@@ -76,12 +77,12 @@ impl Junctions {
                     let start_m = -occupant.front_m;
                     let top_mps = f32::INFINITY;
                     let agent = agent as u32;
-                    self.holders.push(Presence { lane, agent, start_m, rank: 0, top_mps });
+                    self.holders.add(Presence { lane, agent, start_m, rank: 0, top_mps });
                 }
                 let left_m = tracks.length(lane) - occupant.front_m;
                 if left_m < 3.0 * occupant.speed_mps {
                     for &next in tracks.next(lane).iter().filter(|&&l| tracks.in_zone(l)) {
-                        self.holders.push(Presence {
+                        self.holders.add(Presence {
                             lane: next,
                             agent: agent as u32,
                             start_m: left_m,

@@ -148,8 +148,8 @@ impl Junctions {
         while last + 1 < to && map.tracks.zone[lanes[last + 1] as usize] == map.tracks.zone[first] {
             last += 1;
         }
-        let entry_direction = map.tracks.at(lanes[from], 0.0).1;
-        let exit_direction = map.tracks.at(lanes[last], map.tracks.length(lanes[last])).1;
+        let entry_direction = map.tracks.first_tangent(lanes[from]);
+        let exit_direction = map.tracks.last_tangent(lanes[last]);
         let left = i32::from(entry_direction.angle_to(exit_direction) > LEFT_TURN_RAD);
         match light {
             light::OFF => {
@@ -173,20 +173,34 @@ impl Junctions {
             let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
             (u32::MAX - vehicles.wait_s[request.row] as u32, soon)
         };
-        for a in 0..self.requests.len() {
+        let zone = |request: &Request| {
+            let lane = vehicles.route[request.row].lanes()[request.from];
+            tracks.zone[lane as usize]
+        };
+        // Those of a zone lie side by side, so that only they are compared.
+        let mut by_zone: Vec<(u32, usize)> =
+            self.requests.iter().enumerate().map(|(a, request)| (zone(request), a)).collect();
+        by_zone.sort_unstable();
+        for (of_zone, a) in zone_pairs(&by_zone) {
             let own_request = self.requests[a];
             let lane = vehicles.route[own_request.row].lanes()[own_request.from];
-            let heading = tracks.at(lane, 0.0).1;
-            let from_right = self.requests.iter().filter(|other| {
+            let heading = tracks.first_tangent(lane);
+            let others = of_zone.iter().map(|&(_, other)| &self.requests[other]);
+            let from_right = others.filter(|other| {
                 let from = vehicles.route[other.row].lanes()[other.from];
                 other.rank == own_request.rank
-                    && tracks.zone[from as usize] == tracks.zone[lane as usize]
                     && bucket(vehicles, other) == bucket(vehicles, &own_request)
-                    && heading.perp_dot(tracks.at(from, 0.0).1) > 0.5
+                    && heading.perp_dot(tracks.first_tangent(from)) > 0.5
             });
             self.requests[a].from_right = from_right.count() as u32;
         }
         self.requests
             .sort_by_key(|r| (r.rank, bucket(vehicles, r), r.from_right, ordered(r.line_m), r.row));
     }
+}
+
+/// Returns each request with all requests of its zone, of a list that is sorted by zone.
+fn zone_pairs(by_zone: &[(u32, usize)]) -> impl Iterator<Item = (&[(u32, usize)], usize)> {
+    let zones = by_zone.chunk_by(|a, b| a.0 == b.0);
+    zones.flat_map(|of_zone| of_zone.iter().map(move |&(_, request)| (of_zone, request)))
 }

@@ -2,11 +2,12 @@
 
 use protocol::light;
 
+use super::presence_list::Presence;
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Presence, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
     reserved_lanes,
 };
-use crate::vehicle_table::VehicleTable;
+use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
 /// Waiting time before a blocked exit after which another turn is drawn.
 const DETOUR_S: f32 = 8.0;
@@ -55,7 +56,12 @@ impl Junctions {
     ) {
         let row = request.row;
         if vehicles.reservation[row] == 0
-            && !move_forward(vehicles, reservations, row, &self.rows_behind(vehicles, request))
+            && !move_forward(
+                vehicles,
+                reservations,
+                row,
+                &self.rows_behind(vehicles, request, view),
+            )
         {
             *reservations += 1;
             vehicles.reservation[row] = *reservations;
@@ -65,6 +71,9 @@ impl Junctions {
         vehicles.wait_s[row] = 0.0;
         vehicles.reservation_idle_s[row] = 0.0;
         let lanes = vehicles.route[row].lanes();
+        if let Some(&exit) = lanes.get(request.to) {
+            self.leaving_to.add_row(exit, row as u32);
+        }
         for (k, &lane) in request_lanes(lanes, request) {
             if view.map.tracks.in_zone(lane) {
                 let presence = Presence {
@@ -74,16 +83,19 @@ impl Junctions {
                     rank: 0,
                     top_mps: self.top_mps(vehicles, row, k, view),
                 };
-                let key = (presence.lane, presence.agent);
-                let at = self.holders.partition_point(|p| (p.lane, p.agent) < key);
-                self.holders.insert(at, presence);
+                self.holders.add(presence);
             }
         }
     }
 
     /// Returns the holders behind the vehicle of a request on the same lane. A reservation before
     /// theirs keeps reservations in the order of the queue; otherwise their order would have cycles.
-    pub(super) fn rows_behind(&self, vehicles: &VehicleTable, request: &Request) -> Vec<usize> {
+    pub(super) fn rows_behind(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        view: &View,
+    ) -> Vec<usize> {
         let lane = vehicles.route[request.row].lanes()[request.from];
         let is_behind = |other: &usize| {
             if *other == request.row
@@ -98,7 +110,12 @@ impl Junctions {
                 .find(|&k| lanes[k] == lane)
                 .is_some_and(|k| self.start(*other, k) > request.entry_m)
         };
-        (0..vehicles.id.len()).filter(is_behind).collect()
+        let holders = self.holders.of(lane).iter();
+        let rows = holders.map(|holder| view.agents.row[holder.agent as usize]);
+        let mut behind: Vec<usize> =
+            rows.filter(|&row| row != NONE).map(|row| row as usize).filter(is_behind).collect();
+        behind.dedup();
+        behind
     }
 
     /// Stops a vehicle without a reservation at its line and counts its waiting time.

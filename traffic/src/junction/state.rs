@@ -1,5 +1,6 @@
 //! State of the junction stage, shared by its parts.
 
+use super::presence_list::{ByLane, Presence};
 use crate::{
     agents::Agents,
     constraint::{JunctionConstraint, WaitReason},
@@ -50,8 +51,13 @@ pub(crate) struct Junctions {
     /// agents, or `NONE`.
     pub(super) merges_behind: Vec<u32>,
     pub(super) requests: Vec<Request>,
-    pub(super) holders: Vec<Presence>,
-    pub(super) approaching: Vec<Presence>,
+    pub(super) holders: ByLane<Presence>,
+    pub(super) approaching: ByLane<Presence>,
+    /// By lane: the rows whose reservations may end before it.
+    pub(super) leaving_to: ByLane<u32>,
+    /// Requests of vehicles that have waited for long: the lane beyond the junction, and the index
+    /// of the request. Sorted.
+    pub(super) starving: Vec<(u32, u32)>,
     /// By row: distances from the front bumper to the starts of the lanes of the route.
     starts: Vec<f32>,
     starts_from: Vec<usize>,
@@ -113,19 +119,6 @@ impl Junctions {
     }
 }
 
-/// The presence of a vehicle on a lane of a junction, now or soon.
-#[derive(Clone, Copy)]
-pub(super) struct Presence {
-    pub(super) lane: u32,
-    /// Index into the agents.
-    pub(super) agent: u32,
-    /// Distance from its front bumper to the start of the lane.
-    pub(super) start_m: f32,
-    pub(super) rank: i32,
-    /// Highest speed that the lanes on its way allow.
-    pub(super) top_mps: f32,
-}
-
 /// Returns the lanes of a request with their indices in the route.
 pub(super) fn request_lanes<'a>(
     lanes: &'a [u32],
@@ -140,11 +133,4 @@ pub(super) fn reserved_lanes(vehicles: &VehicleTable, row: usize) -> usize {
         return 0;
     }
     vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed) as usize
-}
-
-/// Returns the entries of one lane in a list sorted by lane.
-pub(super) fn present(list: &[Presence], lane: u32) -> &[Presence] {
-    let begin = list.partition_point(|p| p.lane < lane);
-    let end = begin + list[begin..].partition_point(|p| p.lane == lane);
-    &list[begin..end]
 }

@@ -1,7 +1,9 @@
 //! Which standing vehicle waits for which others.
 
+use std::collections::BTreeSet;
+
 use super::state::{Junctions, View};
-use crate::{leader, tracks::NONE, vehicle_table::VehicleTable};
+use crate::{leader, obstacles, tracks::NONE, vehicle_table::VehicleTable};
 
 /// Gap within which a vehicle waits for its leader, on its own lane or on another one of a merge.
 pub(super) const BEHIND_M: f32 = 5.0;
@@ -10,38 +12,35 @@ const CYCLE_LEN_MAX: usize = 16;
 /// Square of the speed below which a vehicle stands, (m/s)².
 const STANDING: f32 = 0.25;
 
-/// For each row: the rows that it waits for. A vehicle that moves waits for none.
+/// Which rows each row waits for; a vehicle that moves waits for none. A row is examined when it is
+/// first visited, because cycles are short and most vehicles are in none.
 pub(super) struct WaitGraph {
-    waits_for: Vec<[u32; 3]>,
+    waits_for: Vec<Option<[u32; 3]>>,
+    /// All waits, once they are needed: the row that is waited for, and the one that waits. Sorted.
+    reversed: Option<Vec<(u32, u32)>>,
 }
 
 impl WaitGraph {
-    /// Lists what the vehicles of this frame wait for.
-    pub(super) fn new(junctions: &Junctions, vehicles: &VehicleTable, view: &View) -> WaitGraph {
-        let agents = view.agents;
-        let of = |row: usize| {
-            let velocity = agents.velocity[agents.driven[row] as usize];
-            if vehicles.located[row] == 0 || velocity.length_squared() > STANDING {
-                return [NONE; 3];
-            }
-            junctions.blockers_of(vehicles, row, view).map(|agent| {
-                let other = agents.row.get(agent as usize).copied().unwrap_or(NONE);
-                let is_planned = other != NONE && vehicles.located[other as usize] == 1;
-                if is_planned && other as usize != row { other } else { NONE }
-            })
-        };
-        WaitGraph { waits_for: (0..vehicles.id.len()).map(of).collect() }
+    /// Creates the graph of `count` rows, of which none is examined yet.
+    pub(super) fn new(count: usize) -> WaitGraph {
+        WaitGraph { waits_for: vec![None; count], reversed: None }
     }
 
-    fn after(&self, row: usize) -> impl Iterator<Item = usize> {
-        self.waits_for[row].into_iter().filter(|&row| row != NONE).map(|row| row as usize)
+    fn after(&mut self, row: usize, examine: &impl Fn(usize) -> [u32; 3]) -> Vec<usize> {
+        let waits = self.waits_for[row].get_or_insert_with(|| examine(row));
+        waits.iter().filter(|&&row| row != NONE).map(|&row| row as usize).collect()
     }
 
-    /// Returns a cycle of vehicles that wait for each other, beginning with `row`.
-    pub(super) fn cycle(&self, row: usize) -> Option<Vec<usize>> {
+    /// Returns a cycle of vehicles that wait for each other, beginning with `row`. `examine` returns
+    /// the rows that a row waits for; it gives the same for as long as the graph is used.
+    pub(super) fn cycle(
+        &mut self,
+        row: usize,
+        examine: &impl Fn(usize) -> [u32; 3],
+    ) -> Option<Vec<usize>> {
         let mut path = vec![row];
-        let mut open: Vec<Vec<usize>> = vec![self.after(row).collect()];
-        let mut seen = vec![false; self.waits_for.len()];
+        let mut open: Vec<Vec<usize>> = vec![self.after(row, examine)];
+        let mut seen = BTreeSet::new();
         while let Some(next) = open.last_mut() {
             let Some(at) = (!next.is_empty()).then(|| next.remove(0)) else {
                 open.pop();
@@ -51,41 +50,66 @@ impl WaitGraph {
             if at == row {
                 return Some(path);
             }
-            if !seen[at] && path.len() < CYCLE_LEN_MAX {
-                seen[at] = true;
+            if path.len() < CYCLE_LEN_MAX && seen.insert(at) {
                 path.push(at);
-                open.push(self.after(at).collect());
+                open.push(self.after(at, examine));
             }
         }
         None
     }
 
-    /// Returns the rows of a cycle and all rows that wait for one of them.
-    pub(super) fn blocked_by(&self, cycle: &[usize]) -> Vec<usize> {
-        let mut blocked = cycle.to_vec();
-        loop {
-            let before = blocked.len();
+    /// Returns the rows of a cycle and all rows that wait for one of them, ascending.
+    pub(super) fn blocked_by(
+        &mut self,
+        cycle: &[usize],
+        examine: &impl Fn(usize) -> [u32; 3],
+    ) -> Vec<usize> {
+        let reversed = self.reversed.take().unwrap_or_else(|| {
+            let mut waits = Vec::new();
             for row in 0..self.waits_for.len() {
-                if !blocked.contains(&row) && self.after(row).any(|other| blocked.contains(&other))
-                {
-                    blocked.push(row);
+                waits.extend(self.after(row, examine).iter().map(|&to| (to as u32, row as u32)));
+            }
+            waits.sort_unstable();
+            waits
+        });
+        let mut blocked: BTreeSet<usize> = cycle.iter().copied().collect();
+        let mut open = cycle.to_vec();
+        while let Some(row) = open.pop() {
+            let begin = reversed.partition_point(|&(to, _)| (to as usize) < row);
+            let waiting = reversed[begin..].iter().take_while(|&&(to, _)| to as usize == row);
+            for &(_, waits) in waiting {
+                if blocked.insert(waits as usize) {
+                    open.push(waits as usize);
                 }
             }
-            if blocked.len() == before {
-                return blocked;
-            }
         }
+        self.reversed = Some(reversed);
+        blocked.into_iter().collect()
     }
 }
 
 impl Junctions {
+    /// Returns the rows that a row waits for, or [`NONE`].
+    pub(super) fn waits_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> [u32; 3] {
+        let agents = view.agents;
+        let velocity = agents.velocity[agents.driven[row] as usize];
+        if vehicles.located[row] == 0 || velocity.length_squared() > STANDING {
+            return [NONE; 3];
+        }
+        self.blockers_of(vehicles, row, view).map(|agent| {
+            let other = agents.row.get(agent as usize).copied().unwrap_or(NONE);
+            let is_planned = other != NONE && vehicles.located[other as usize] == 1;
+            if is_planned && other as usize != row { other } else { NONE }
+        })
+    }
+
     /// Returns the agents that a standing row waits for: by the rules of a junction, as the leader
     /// on its lane, and as the leader on another lane of a merge; [`NONE`] where there is none.
     fn blockers_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> [u32; 3] {
         let required = self.blocker(row);
         let (tracks, agents) = (&view.map.tracks, view.agents);
         let mut leader = leader::leader(vehicles, row, tracks, agents, view.occupancy, BEHIND_M);
-        for obstacle in view.obstacles.iter().filter(|obstacle| obstacle.row == row) {
+        for obstacle in obstacles::of_row(view.obstacles, row) {
             leader = leader.nearer(obstacle.leader);
         }
         let constraint = &self.constraints[row];
@@ -106,17 +130,20 @@ mod tests {
 
     #[test]
     fn a_cycle_is_found_by_any_of_the_waits_of_its_members() {
-        let waits_for = vec![
+        let waits_for = [
             [4, NONE, 1], // 0 waits for 4, which waits for none, and for 1.
             [2, NONE, NONE],
             [NONE, 0, NONE],
             [NONE, 1, NONE],
             [NONE; 3],
         ];
-        let graph = WaitGraph { waits_for };
-        assert_eq!(graph.cycle(0), Some(vec![0, 1, 2]));
-        assert_eq!(graph.cycle(2), Some(vec![2, 0, 1]));
-        assert_eq!((graph.cycle(3), graph.cycle(4)), (None, None), "they are in no cycle");
-        assert_eq!(graph.blocked_by(&[0, 1, 2]), [0, 1, 2, 3]);
+        let examine = |row: usize| waits_for[row];
+        let mut graph = WaitGraph::new(waits_for.len());
+        assert_eq!(graph.cycle(0, &examine), Some(vec![0, 1, 2]));
+        assert_eq!(graph.cycle(2, &examine), Some(vec![2, 0, 1]));
+        let none = (graph.cycle(3, &examine), graph.cycle(4, &examine));
+        assert_eq!(none, (None, None), "they are in no cycle");
+        assert_eq!(graph.blocked_by(&[0, 1, 2], &examine), [0, 1, 2, 3]);
+        assert_eq!(graph.blocked_by(&[2, 0, 1], &examine), [0, 1, 2, 3], "and again");
     }
 }

@@ -84,21 +84,34 @@ fn crossing_text() -> String {
 /// Returns a one-way lane in a loop to the left: four quarter circles, with straight roads between
 /// them unless `straight_m` is 0.
 pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
-    loop_lanes(radius_m, straight_m, 1, false)
+    loop_lanes(radius_m, straight_m, 1, false, "")
+}
+
+/// Returns a one-way lane in a circle to the left with this speed limit.
+pub(super) fn ring(radius_m: f64, limit_kmh: u32) -> Arc<Network> {
+    let limit =
+        format!(r#"<type s="0" type="motorway"><speed max="{limit_kmh}" unit="km/h"/></type>"#);
+    loop_lanes(radius_m, 0.0, 1, false, &limit)
 }
 
 /// Returns a loop with two lanes, between which changes are allowed; its first straight is 600 m
 /// along x, with lane -1 about y = -1.75 and -2 about y = -5.25.
 pub(super) fn two_lanes() -> Arc<Network> {
-    loop_lanes(60.0, 600.0, 2, false)
+    loop_lanes(60.0, 600.0, 2, false, "")
 }
 
 /// Returns a loop with a lane each way: four quarter circles, with straight roads between them.
 pub(crate) fn two_way_loop(radius_m: f64, straight_m: f64) -> Arc<Network> {
-    loop_lanes(radius_m, straight_m, 1, true)
+    loop_lanes(radius_m, straight_m, 1, true, "")
 }
 
-fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32, both_ways: bool) -> Arc<Network> {
+fn loop_lanes(
+    radius_m: f64,
+    straight_m: f64,
+    lanes: i32,
+    both_ways: bool,
+    limit: &str,
+) -> Arc<Network> {
     let lane = |id: i32| {
         format!(
             r#"<lane id="{id}" type="driving" level="false">
@@ -131,7 +144,7 @@ fn loop_lanes(radius_m: f64, straight_m: f64, lanes: i32, both_ways: bool) -> Ar
         text += &format!(
             r#"<road name="" length="{length_m}" id="{index}" junction="-1">
             <link><predecessor elementType="road" elementId="{before}" contactPoint="end"/>
-            <successor elementType="road" elementId="{after}" contactPoint="start"/></link>
+            <successor elementType="road" elementId="{after}" contactPoint="start"/></link>{limit}
             <planView><geometry s="0" x="{x}" y="{y}" hdg="{heading}" length="{length_m}">{shape}
             </geometry></planView>
             <lanes><laneSection s="0">{left}<center><lane id="0" type="none" level="false"/></center>

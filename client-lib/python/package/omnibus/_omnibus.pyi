@@ -311,10 +311,12 @@ class Traffic:
         ignore_signs: float | None = None,
         ignore_vehicles: float | None = None,
         ignore_walkers: float | None = None,
+        driver_spread: float | None = None,
         automatic_lights: bool | None = None,
     ) -> None:
         """Sets how a vehicle on autopilot drives; without ``actor_id`` all that were told nothing
-        themselves. Shares and probabilities are 0 to 1; a speed reduction of 0.3 is 30 % slower."""
+        themselves. Shares and probabilities are 0 to 1; a speed reduction of 0.3 is 30 % slower.
+        ``driver_spread``, by how much drivers differ, holds for all: 0 not at all, 1 as in the field."""
     def change_lane(self, actor_id: int, side: Literal["left", "right"]) -> None:
         """Changes lanes once, as soon as there is one."""
     def ignore_actor(self, actor_id: int, other: int, on: bool = True) -> None: ...

@@ -79,6 +79,9 @@ pub(crate) struct DataSetSettings {
     pub(crate) vehicles_requested: u32,
     /// Of these, vehicles near the ego at the start.
     pub(crate) vehicles_near: u32,
+    /// By how much drivers differ; absent: 1, as in the field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) driver_spread: Option<f32>,
     /// Instead: vehicles per kilometre of driving lane near the ego.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) vehicles_per_km: Option<f32>,

@@ -44,6 +44,9 @@ pub(crate) struct Options {
     /// Of these, vehicles near the ego (25 without a plan)
     #[arg(long)]
     vehicles_near: Option<u32>,
+    /// By how much drivers differ: 0 not at all, 1 as in the field (1 without a plan)
+    #[arg(long, value_name = "SPREAD")]
+    driver_spread: Option<f32>,
     /// Pedestrians on the sidewalks around the ego (30 without a plan)
     #[arg(long)]
     walkers: Option<u32>,
@@ -143,6 +146,7 @@ impl Options {
             fixed_delta => fixed_delta_secs,
             vehicles => traffic.vehicles,
             vehicles_near => traffic.vehicles_near,
+            driver_spread => traffic.driver_spread,
             walkers => traffic.walkers,
             image_format => images.format,
             jpeg_quality => images.jpeg_quality,

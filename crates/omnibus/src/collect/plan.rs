@@ -85,6 +85,8 @@ pub(crate) struct TrafficEntry {
     /// Road users of at least 25 pixels of height that the cameras have in view, on average; while there
     /// are fewer, more of the vehicles come near the ego. 0: any number.
     pub(crate) in_view: f32,
+    /// By how much drivers differ: 0 not at all, 1 as in the field.
+    pub(crate) driver_spread: f32,
 }
 
 impl Default for Plan {
@@ -126,6 +128,7 @@ impl Default for TrafficEntry {
             walkers_per_km: None,
             radius_m: 120.0,
             in_view: 4.0,
+            driver_spread: 1.0,
         }
     }
 }
@@ -203,6 +206,8 @@ impl Plan {
             "traffic.radius_m is {radius_m}; use 20 to 1000"
         );
         ensure!((0.0..=200.0).contains(&in_view), "traffic.in_view is {in_view}; use 0 to 200");
+        let spread = self.traffic.driver_spread;
+        ensure!((0.0..=3.0).contains(&spread), "traffic.driver_spread is {spread}; use 0 to 3");
         ensure!(
             town::blueprint(&self.ego.blueprint)
                 .is_some_and(|_| self.ego.blueprint.starts_with("vehicle.")),

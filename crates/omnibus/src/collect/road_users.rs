@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use client_lib::Client;
+use client_lib::{Client, TrafficParam};
 use glam::{DVec3, Quat, Vec3};
 use mesh::RandomStream;
 use protocol::{
@@ -102,12 +102,22 @@ enum Way {
     Straight(Vec3),
 }
 
+/// Sets by how much drivers differ, unless it is what holds anyway.
+fn set_drivers(client: &mut Client, traffic: &TrafficEntry) -> Result<(), CollectError> {
+    let spread = traffic.driver_spread;
+    if spread != TrafficEntry::default().driver_spread {
+        client.set_traffic_param(ActorId::NONE, TrafficParam::DriverSpread(spread))?;
+    }
+    Ok(())
+}
+
 impl RoadUsers {
     /// Spawns the ego, vehicles and pedestrians. Places where the host refuses one are skipped.
     pub(crate) fn assemble(
         client: &mut Client,
         cast: &Cast,
     ) -> Result<(RoadUsers, SpawnedActors), CollectError> {
+        set_drivers(client, &cast.traffic)?;
         let network = client.map()?;
         let places = client.spawn_points()?;
         let mut order = shuffled(places.clone(), cast.seed);
@@ -154,6 +164,7 @@ impl RoadUsers {
         seed: u64,
         traffic: TrafficEntry,
     ) -> Result<RoadUsers, CollectError> {
+        set_drivers(client, &traffic)?;
         let network = client.map()?;
         let mut order = shuffled(client.spawn_points()?, seed);
         let mut sidewalks = sidewalks(&network);

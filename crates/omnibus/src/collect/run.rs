@@ -151,6 +151,7 @@ pub(crate) fn collect(
         scene_seed: scene.seed,
         vehicles_requested: plan.traffic.vehicles,
         vehicles_near: plan.traffic.vehicles_near,
+        driver_spread: Some(plan.traffic.driver_spread).filter(|spread| *spread != 1.0),
         vehicles_per_km: plan.traffic.vehicles_per_km,
         walkers_per_km: plan.traffic.walkers_per_km,
         walkers_requested: plan.traffic.walkers,

@@ -46,6 +46,7 @@ pub(crate) fn settings() -> DataSetSettings {
         scene_seed: 7,
         vehicles_requested: 50,
         vehicles_near: 25,
+        driver_spread: None,
         vehicles_per_km: None,
         walkers_per_km: None,
         walkers_requested: 30,

@@ -1,0 +1,147 @@
+//! Reaction of drivers: a leader is perceived late and not exactly, and a start takes time.
+//!
+//! After the human driver model (Treiber, Kesting and Helbing, Physica A 360, 2006): a driver
+//! extrapolates the gap over the reaction time, which compensates the delay of the gap, but not that
+//! of the leader's acceleration; here the leader's speed is perceived through a low-pass filter with
+//! the reaction time. The gap is estimated with a relative error that varies slowly (a Wiener
+//! process with a correlation time of 20 s). A leader that would require more than comfortable
+//! braking is perceived at once and exactly: its brake lights and the closing distance are
+//! unmistakable.
+
+use crate::{
+    drivers::Driver,
+    leader::Leader,
+    random::{Purpose, unit},
+    vehicle_table::VehicleTable,
+};
+
+/// Correlation time of the error of an estimated gap.
+const ERROR_S: f32 = 20.0;
+/// Speed from which the error has its full size; a standing vehicle makes none.
+const ERROR_MPS: f32 = 5.0;
+/// Fraction of the comfortable deceleration from which on a leader is perceived at once.
+const ALERT: f32 = 0.7;
+/// Speed below which a vehicle stands.
+const STANDING_MPS: f32 = 0.2;
+/// Target acceleration from which on a standing vehicle may drive.
+const GO_MPS2: f32 = 0.05;
+
+/// Returns the leader of a located row as its driver perceives it. `id` is the leader's actor id;
+/// `speed` is that of the vehicle.
+pub(crate) fn perceive(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    leader: Leader,
+    id: u32,
+    speed: f32,
+    driver: &Driver,
+    (seed, delta_s): (u64, f32),
+) -> Leader {
+    if driver.gap_error > 0.0 {
+        let nth = u64::from(vehicles.error_draws[row]);
+        vehicles.error_draws[row] = vehicles.error_draws[row].wrapping_add(1);
+        // Uniform with unit variance.
+        let draw = 12f32.sqrt() * (unit(seed, vehicles.id[row], Purpose::GapError, nth) - 0.5);
+        let step = (delta_s / ERROR_S).min(1.0);
+        vehicles.gap_error[row] += -step * vehicles.gap_error[row] + (2.0 * step).sqrt() * draw;
+    }
+    if !leader.gap_m.is_finite() {
+        vehicles.seen_leader[row] = 0;
+        return leader;
+    }
+    let closing = (speed - leader.speed_mps).max(0.0);
+    let needed_mps2 = closing * closing / (2.0 * (leader.gap_m - 1.0).max(0.1));
+    let is_alert = needed_mps2 > ALERT * driver.comfort_brake_mps2;
+    if vehicles.seen_leader[row] != id || is_alert {
+        vehicles.seen_leader[row] = id;
+        vehicles.seen_mps[row] = leader.speed_mps;
+    }
+    let part = (delta_s / driver.reaction_s).min(1.0);
+    vehicles.seen_mps[row] += part * (leader.speed_mps - vehicles.seen_mps[row]);
+    if is_alert {
+        return leader;
+    }
+    let share = (speed.abs() / ERROR_MPS).min(1.0);
+    let error = driver.gap_error * vehicles.gap_error[row].clamp(-2.0, 2.0) * share;
+    Leader { gap_m: leader.gap_m * (1.0 + error), speed_mps: vehicles.seen_mps[row], ..leader }
+}
+
+/// Returns the target acceleration of a row: while it stands, not before the driver has had the time
+/// to start.
+pub(crate) fn start(
+    vehicles: &mut VehicleTable,
+    row: usize,
+    speed: f32,
+    accel: f32,
+    driver: &Driver,
+    delta_s: f32,
+) -> f32 {
+    if speed.abs() > STANDING_MPS {
+        vehicles.start_s[row] = driver.start_s;
+        return accel;
+    }
+    if accel <= GO_MPS2 {
+        vehicles.start_s[row] = 0.0;
+        return accel;
+    }
+    vehicles.start_s[row] += delta_s;
+    if vehicles.start_s[row] < driver.start_s { 0.0 } else { accel }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn one() -> VehicleTable {
+        let mut vehicles = VehicleTable::default();
+        vehicles.retain(&[1]);
+        vehicles
+    }
+
+    fn seen(vehicles: &mut VehicleTable, leader: Leader, driver: &Driver) -> Leader {
+        perceive(vehicles, 0, leader, 7, 10.0, driver, (1, 0.05))
+    }
+
+    #[test]
+    fn a_leader_is_seen_late_unless_it_is_dangerous() {
+        let mut vehicles = one();
+        let leader = |speed_mps: f32, gap_m: f32| Leader { gap_m, speed_mps, ..Leader::NONE };
+        let driver = Driver { reaction_s: 1.0, ..Driver::MEDIAN };
+        assert_eq!(seen(&mut vehicles, leader(10.0, 20.0), &driver), leader(10.0, 20.0));
+        for _ in 0..20 {
+            seen(&mut vehicles, leader(8.0, 20.0), &driver);
+        }
+        let after_a_second = seen(&mut vehicles, leader(8.0, 20.0), &driver).speed_mps;
+        assert!((8.6..8.8).contains(&after_a_second), "{after_a_second}");
+        assert_eq!(seen(&mut vehicles, leader(1.0, 10.0), &driver), leader(1.0, 10.0));
+    }
+
+    #[test]
+    fn the_error_of_a_gap_has_its_deviation_and_varies_slowly() {
+        let mut vehicles = one();
+        let driver = Driver { gap_error: 0.1, ..Driver::MEDIAN };
+        let leader = Leader { gap_m: 20.0, speed_mps: 10.0, ..Leader::NONE };
+        let errors: Vec<f32> =
+            (0..200_000).map(|_| seen(&mut vehicles, leader, &driver).gap_m / 20.0 - 1.0).collect();
+        let deviation =
+            (errors.iter().map(|error| error * error).sum::<f32>() / errors.len() as f32).sqrt();
+        assert!((0.07..0.12).contains(&deviation), "{deviation}");
+        let step = errors.windows(2).map(|w| (w[1] - w[0]).abs()).fold(0.0, f32::max);
+        assert!(step < 0.02, "{step}");
+    }
+
+    #[test]
+    fn a_standing_vehicle_starts_after_its_time() {
+        let mut vehicles = one();
+        let driver = Driver { start_s: 1.0, ..Driver::MEDIAN };
+        let mut frames = 0;
+        while start(&mut vehicles, 0, 0.0, 1.5, &driver, 0.05) == 0.0 {
+            frames += 1;
+            assert!(frames < 100);
+        }
+        assert!((18..=20).contains(&frames), "{frames}");
+        assert_eq!(start(&mut vehicles, 0, 3.0, 1.5, &driver, 0.05), 1.5);
+        assert_eq!(start(&mut vehicles, 0, 0.0, -1.0, &driver, 0.05), -1.0, "a stop");
+        assert_eq!(start(&mut vehicles, 0, 0.0, 1.5, &driver, 0.05), 0.0, "and a start again");
+    }
+}
