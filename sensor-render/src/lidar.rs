@@ -30,10 +30,16 @@ pub(crate) struct Lidar {
     /// Columns that a packet of 16 beams spans, so that the packet is about as wide as high: 1, 2,
     /// 4, 8 or 16.
     pub(crate) packet_columns: u32,
+    /// Whether neighbouring beams are so far apart that each is traced separately.
+    pub(crate) is_coarse: bool,
     pub(crate) receiver: Receiver,
     /// What a pulse meets besides the first surface on its axis; `None`: nothing.
     pub(crate) echoes: Option<Echoes>,
 }
+
+/// Angle between neighbouring beams, the geometric mean of both directions, from which on most boxes between the
+/// beams of a packet are hit by none of them. Radians.
+const COARSE_RAD: f64 = 0.008;
 
 /// Position of the sensor and rotation of `world_from_sensor` at the time of a column.
 #[derive(Clone, Copy, Debug)]
@@ -76,7 +82,9 @@ impl Lidar {
         let step_up_rad = ((upper - lower) / last).abs().max(1e-9);
         let ratio = (16.0 * step_up_rad / sweep.step_rad.abs().max(1e-9)).sqrt();
         let fit = ratio.log2().round().clamp(0.0, 4.0) as u32;
+        let apart = (step_up_rad * sweep.step_rad.abs()).sqrt();
         Lidar {
+            is_coarse: apart > COARSE_RAD,
             packet_columns: (1 << fit).max(16u32.div_ceil(spec.height.next_power_of_two()).min(16)),
             columns: spec.width,
             channels: spec.height,

@@ -134,8 +134,15 @@ impl Beams<'_> {
         let mut left = on;
         // One packet if the beams are close together, else one packet per beam.
         while left != 0 {
-            let (members, packet) = packet::<F>(origin, in_world, left, on == left);
-            let hits = packet.closest(scene, world, stack, self.lidar.receiver.range_m);
+            let range_m = self.lidar.receiver.range_m;
+            let (members, packet, hits);
+            if self.lidar.is_coarse {
+                (members, packet) = (left, apart::<F>(origin, in_world, left));
+                hits = packet.closest_separately(scene, world, stack, range_m);
+            } else {
+                (members, packet) = self::packet::<F>(origin, in_world, left, on == left);
+                hits = packet.closest(scene, world, stack, range_m);
+            }
             let looked =
                 SurfaceSample::new(scene, world, hits.t[0], hits.triangle[0], hits.instance[0]);
             let cosine = looked.normal.dot(packet.directions[0]).abs().to_array();
@@ -247,6 +254,19 @@ impl Seen {
             label: [self.id[lane], self.face[lane] & 0xff],
         }
     }
+}
+
+/// Returns the lanes in `wanted` as rays without bounds; the other lanes repeat one of them.
+#[inline(always)]
+fn apart<F: Float>(origin: Vec3, in_world: &[Vec3; LANES], wanted: u16) -> RayPacket<F, 1> {
+    let first = in_world[wanted.trailing_zeros() as usize % LANES];
+    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+    for lane in 0..LANES {
+        let direction = if wanted >> lane & 1 != 0 { in_world[lane] } else { first };
+        [x[lane], y[lane], z[lane]] = direction.to_array();
+    }
+    let directions = [V3 { x: F::from_array(x), y: F::from_array(y), z: F::from_array(z) }];
+    RayPacket { origin, corners: [first; 4], axis: first, directions }
 }
 
 /// Returns a packet of the lanes in `wanted`, and the lanes that it contains: all of them if

@@ -3,7 +3,7 @@
 
 use std::marker::PhantomData;
 
-use glam::Vec3;
+use glam::{Mat4, Vec3, Vec4};
 
 use super::traversal::{Probe, Stack, Visitor, walk};
 use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
@@ -150,8 +150,9 @@ struct TriangleVisitor<'a> {
 impl Visitor for TriangleVisitor<'_> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
-        for index in first..first + count {
-            self.meet(&self.scene.triangles[index as usize], index);
+        let triangles = &self.scene.triangles[first as usize..(first + count) as usize];
+        for (four, first) in triangles.chunks(4).zip((first..).step_by(4)) {
+            self.meet_four(four, first);
         }
         limit(self.any, self.hit)
     }
@@ -163,25 +164,82 @@ fn limit(any: bool, hit: &Hit) -> f32 {
 }
 
 impl TriangleVisitor<'_> {
-    /// Möller and Trumbore 1997, with the signs of [`super::ray_packet`].
+    /// Möller and Trumbore 1997, with the signs of [`super::ray_packet`], for one to four triangles at once.
     #[inline(always)]
-    fn meet(&mut self, triangle: &Triangle, index: u32) {
-        let [corner, edge1, edge2] =
-            [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
-        let direction = self.ray.direction;
-        let from_corner = self.ray.origin - corner;
-        let across = direction.cross(edge2);
-        let along = from_corner.cross(edge1);
-        let det = edge1.dot(across);
-        let side = if det < 0.0 { -1.0 } else { 1.0 };
+    fn meet_four(&mut self, triangles: &[Triangle], first: u32) {
+        let last = triangles.len() - 1;
+        let four = [0, 1, 2, 3].map(|at: usize| Triangle::floats(&triangles[at.min(last)]));
+        let (corner, edge1, edge2) = (column(&four, 0), column(&four, 4), column(&four, 8));
+        let (origin, direction) = (Four::splat(self.ray.origin), Four::splat(self.ray.direction));
+        let from_corner = origin.minus(&corner);
+        let across = direction.cross(&edge2);
+        let along = from_corner.cross(&edge1);
+        let det = edge1.dot(&across);
+        let side = Vec4::select(det.cmplt(Vec4::ZERO), Vec4::NEG_ONE, Vec4::ONE);
         let det = det * side;
-        let u = from_corner.dot(across) * side;
-        let v = direction.dot(along) * side;
-        let t = edge2.dot(along) * side;
-        let inside = u.min(v).min(det - u - v) >= -EDGE_SLACK * det;
-        if inside && t > T_MIN * det && t < self.hit.t * det {
-            *self.hit = Hit { t: t / det, triangle: index, instance: self.instance, ..*self.hit };
+        let u = from_corner.dot(&across) * side;
+        let v = direction.dot(&along) * side;
+        let t = edge2.dot(&along) * side;
+        let inside = u.min(v).min(det - u - v).cmpge(det * -EDGE_SLACK);
+        let mut met = (inside & t.cmpgt(det * T_MIN)).bitmask() & ((2 << last) - 1);
+        if met == 0 {
+            return;
         }
+        let (t, det) = (t.to_array(), det.to_array());
+        while met != 0 {
+            let at = met.trailing_zeros() as usize & 3;
+            met &= met - 1;
+            if t[at] < self.hit.t * det[at] {
+                let (triangle, instance) = (first + at as u32, self.instance);
+                *self.hit = Hit { t: t[at] / det[at], triangle, instance, ..*self.hit };
+            }
+        }
+    }
+}
+
+/// Four vectors, component by component.
+struct Four {
+    x: Vec4,
+    y: Vec4,
+    z: Vec4,
+}
+
+/// Returns the vectors that begin at number `first` of the values of each triangle.
+#[inline(always)]
+fn column(of: &[&[f32; 12]; 4], first: usize) -> Four {
+    let rows = Mat4::from_cols(
+        Vec4::from_slice(&of[0][first..]),
+        Vec4::from_slice(&of[1][first..]),
+        Vec4::from_slice(&of[2][first..]),
+        Vec4::from_slice(&of[3][first..]),
+    );
+    let columns = rows.transpose();
+    Four { x: columns.x_axis, y: columns.y_axis, z: columns.z_axis }
+}
+
+impl Four {
+    #[inline(always)]
+    fn splat(v: Vec3) -> Four {
+        Four { x: Vec4::splat(v.x), y: Vec4::splat(v.y), z: Vec4::splat(v.z) }
+    }
+
+    #[inline(always)]
+    fn minus(&self, other: &Four) -> Four {
+        Four { x: self.x - other.x, y: self.y - other.y, z: self.z - other.z }
+    }
+
+    #[inline(always)]
+    fn cross(&self, other: &Four) -> Four {
+        Four {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
+    }
+
+    #[inline(always)]
+    fn dot(&self, other: &Four) -> Vec4 {
+        self.x * other.x + self.y * other.y + self.z * other.z
     }
 }
 
