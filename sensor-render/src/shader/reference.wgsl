@@ -26,10 +26,11 @@ fn inverse_of(direction: vec3f) -> vec3f {
     return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-12));
 }
 
-// Returns the ray parameter at which the ray enters the box before t_max, or FAR_AWAY.
-fn enter(low: vec3f, high: vec3f, origin: vec3f, inverse: vec3f, t_max: f32) -> f32 {
-    let a = (low - origin) * inverse;
-    let b = (high - origin) * inverse;
+// Returns the ray parameter at which the ray enters the box before t_max, or FAR_AWAY; `offset` is
+// -origin * inverse, which makes one operation of a difference and a product.
+fn enter(low: vec3f, high: vec3f, offset: vec3f, inverse: vec3f, t_max: f32) -> f32 {
+    let a = fma(low, inverse, offset);
+    let b = fma(high, inverse, offset);
     let first = min(a, b);
     let last = max(a, b);
     let near = max(max(first.x, first.y), max(first.z, 0.0));
@@ -65,6 +66,7 @@ fn traverse_blas(
     root: u32, ray: Ray, instance: u32, any: bool, floor: u32, hit: ptr<function, Hit>
 ) {
     let inverse = inverse_of(ray.direction);
+    let offset = -ray.origin * inverse;
     var height = floor;
     var link = root;
     loop {
@@ -82,8 +84,8 @@ fn traverse_blas(
             let b = nodes[link * 4u + 1u];
             let c = nodes[link * 4u + 2u];
             let d = nodes[link * 4u + 3u];
-            let near0 = enter(a.xyz, b.xyz, ray.origin, inverse, (*hit).t);
-            let near1 = enter(c.xyz, d.xyz, ray.origin, inverse, (*hit).t);
+            let near0 = enter(a.xyz, b.xyz, offset, inverse, (*hit).t);
+            let near1 = enter(c.xyz, d.xyz, offset, inverse, (*hit).t);
             let child0 = bitcast<u32>(a.w);
             let child1 = bitcast<u32>(b.w);
             if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
@@ -128,6 +130,7 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
         return hit;
     }
     let inverse = inverse_of(ray.direction);
+    let offset = -ray.origin * inverse;
     var height = 0u;
     var link = select(frame.roots.y, top_root, HAS_EFFECTS);
     loop {
@@ -146,8 +149,8 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
             let b = top_nodes[link * 4u + 1u];
             let c = top_nodes[link * 4u + 2u];
             let d = top_nodes[link * 4u + 3u];
-            let near0 = enter(a.xyz, b.xyz, ray.origin, inverse, hit.t);
-            let near1 = enter(c.xyz, d.xyz, ray.origin, inverse, hit.t);
+            let near0 = enter(a.xyz, b.xyz, offset, inverse, hit.t);
+            let near1 = enter(c.xyz, d.xyz, offset, inverse, hit.t);
             let child0 = bitcast<u32>(a.w);
             let child1 = bitcast<u32>(b.w);
             if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
