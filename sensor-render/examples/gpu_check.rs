@@ -66,8 +66,8 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
 
     println!(
-        "\n{:<26}{:>10}{:>10}{:>10}{:>12}",
-        "whole frame, ms", "p50", "p90", "min", "per second"
+        "\n{:<30}{:>10}{:>10}{:>10}{:>10}{:>10}{:>12}",
+        "whole frame, ms", "p50", "p90", "min", "traced", "copied", "per second"
     );
     for (name, sensor_sets) in workloads(&town) {
         time(&format!("{name} staged"), &sensor_sets, &scene, &world, &mut gpu, frames)?;
@@ -275,16 +275,26 @@ fn time(
         tracer.measure(scene, world, &mut jobs)?;
     }
     let mut millis = Vec::with_capacity(frames);
+    let (mut traced, mut copied) = (Vec::new(), Vec::new());
     for _ in 0..frames {
         let begin = Instant::now();
         tracer.measure(scene, world, &mut jobs)?;
         millis.push(begin.elapsed().as_secs_f64() * 1e3);
+        let Tracer::Gpu(gpu) = &*tracer else { unreachable!() };
+        if let Some(times) = gpu.device_times() {
+            traced.push((times.traced_nanos - times.begun_nanos) as f64 / 1e6);
+            copied.push((times.copied_nanos - times.traced_nanos) as f64 / 1e6);
+        }
     }
     let Tracer::Gpu(gpu) = tracer else { unreachable!() };
     let imported = gpu.imported_count();
     gpu.forget_imports();
-    millis.sort_by(f64::total_cmp);
+    for numbers in [&mut millis, &mut traced, &mut copied] {
+        numbers.sort_by(f64::total_cmp);
+    }
     let at = |share: f64| millis[((millis.len() - 1) as f64 * share).round() as usize];
+    // A device without timestamps has none of these.
+    let median = |numbers: &[f64]| numbers.get(numbers.len() / 2).copied().unwrap_or(f64::NAN);
     // Agents are counted per image, other bundles as a whole.
     let count = if sensor_sets.len() > 1 {
         sensor_sets.iter().map(|(sensors, _)| sensors.len()).sum()
@@ -292,10 +302,12 @@ fn time(
         1
     };
     println!(
-        "{name:<26}{:>10.3}{:>10.3}{:>10.3}{:>12.0}  {imported} payloads imported",
+        "{name:<30}{:>10.3}{:>10.3}{:>10.3}{:>10.3}{:>10.3}{:>12.0}  {imported} payloads imported",
         at(0.5),
         at(0.9),
         at(0.0),
+        median(&traced),
+        median(&copied),
         count as f64 / at(0.5) * 1e3
     );
     Ok(())
