@@ -4,9 +4,13 @@
 
 mod attribute;
 mod blueprint;
+mod bus;
 mod cabin;
 mod cage;
 mod car;
+mod cargo;
+mod chassis;
+mod details;
 mod end;
 mod face;
 mod fittings;
@@ -23,6 +27,7 @@ mod rig;
 mod signal;
 mod silhouettes;
 mod skeleton;
+mod tall;
 mod trim;
 mod two_wheels;
 mod walker;

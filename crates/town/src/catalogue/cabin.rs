@@ -29,6 +29,8 @@ struct Cabin {
     roof: f32,
     /// x of the lower end of the windscreen, and of the rear end of the cabin.
     dash: f32,
+    /// x and height of the lower edge of the windscreen.
+    cowl: [f32; 2],
     rear: f32,
     /// x of the hips in each row.
     rows: Vec<f32>,
@@ -53,6 +55,7 @@ impl Cabin {
             belt: shape.belt(front) * height,
             roof: shape.top((front + back) * 0.5) * height - 0.06,
             dash: x(front) + 0.02,
+            cowl: shape.cowl().map_or([x(front); 2], |(at, z)| [x(at), z * height]),
             rear: if rows.len() > 1 { second - 0.38 } else { rear.min(first - 0.4) },
             rows,
         }
@@ -130,6 +133,11 @@ pub(super) fn furnish(
                 ring(deep, cabin.belt - 0.24, cabin.belt - 0.10),
                 ring(deep + 0.05, cabin.belt - 0.30, cabin.belt - 0.03),
                 ring(cabin.dash + 0.05, cabin.belt - 0.32, cabin.belt - 0.02),
+                ring(
+                    cabin.cowl[0].max(cabin.dash + 0.06) - 0.04,
+                    cabin.belt - 0.32,
+                    (cabin.belt - 0.02).min(cabin.cowl[1] - 0.03),
+                ),
             ],
             |_, _| None,
         );
@@ -139,7 +147,9 @@ pub(super) fn furnish(
     wheel(builder, steering(&cabin));
     for (row, x) in cabin.rows.iter().enumerate() {
         for side in [1.0, -1.0] {
-            seat(builder, vec3(*x, side * cabin.lateral(), hip), row > 0);
+            builder.tinted(Material::Cloth, SEAT);
+            let (wide, height) = if row > 0 { (0.27, 0.60) } else { (0.25, 0.68) };
+            seat(builder, vec3(*x, side * cabin.lateral(), hip), wide, height);
         }
     }
     builder.material(Material::LampInterior);
@@ -168,7 +178,8 @@ fn tilt() -> Quat {
     Quat::from_rotation_y(-1.15)
 }
 
-fn wheel(builder: &mut MeshBuilder, middle: Vec3) {
+/// Adds a steering wheel.
+pub(super) fn wheel(builder: &mut MeshBuilder, middle: Vec3) {
     builder.tinted(Material::Plastic, [24, 24, 26]);
     let rim = |step: u32| {
         let angle = TAU * step as f32 / 12.0;
@@ -185,10 +196,9 @@ fn wheel(builder: &mut MeshBuilder, middle: Vec3) {
     builder.rod(middle, middle - axis * 0.3, 0.03, 6);
 }
 
-/// Adds a seat about a hip point, with cushions of rounded section and a head restraint.
-fn seat(builder: &mut MeshBuilder, hip: Vec3, is_rear: bool) {
-    builder.tinted(Material::Cloth, SEAT);
-    let wide = if is_rear { 0.27 } else { 0.25 };
+/// Adds a seat of half this width about a hip point, with cushions of rounded section and a head
+/// restraint at this height.
+pub(super) fn seat(builder: &mut MeshBuilder, hip: Vec3, wide: f32, height: f32) {
     // Rings across the cushion, from its front edge up to the top of the back.
     let ring = |center: Vec3, lean: f32, thick: f32, wide: f32| -> Vec<Vec3> {
         let out = Quat::from_rotation_y(lean);
@@ -217,12 +227,11 @@ fn seat(builder: &mut MeshBuilder, hip: Vec3, is_rear: bool) {
         ];
         builder.loft(&rings, |_, _| None);
     });
-    let height = if is_rear { 0.60 } else { 0.68 };
-    builder.ball(hip + vec3(-0.355, 0.0, height), vec3(0.05, 0.13, 0.09), 5, 8);
+    builder.ball(hip + vec3(-0.355, 0.0, height), vec3(0.05, wide * 0.5, 0.09), 5, 8);
 }
 
 /// Adds a person that sits at a hip point, with the hands on the steering wheel or on the thighs.
-fn person(builder: &mut MeshBuilder, hip: Vec3, number: usize, wheel: Option<Vec3>) {
+pub(super) fn person(builder: &mut MeshBuilder, hip: Vec3, number: usize, wheel: Option<Vec3>) {
     const SHIRTS: [[u8; 3]; 7] = [
         [52, 74, 110],
         [150, 148, 140],

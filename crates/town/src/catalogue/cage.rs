@@ -1,10 +1,10 @@
-//! Car bodies from control cages: text files in `cages/`, subdivided when the mesh is built.
+//! Bodies from control cages: text files in `cages/`, subdivided when the mesh is built.
 //!
-//! A cage is a Wavefront OBJ file of the left half of a car. x runs from the nose (0) to the tail
+//! A cage is a Wavefront OBJ file of the left half of a vehicle. x runs from the nose (0) to the tail
 //! (1), y is in half widths and z in heights. `usemtl` names a [`Material`], `g` a part: `body`,
 //! `roof`, `door_front`, `door_rear`. The groups `arch_front` and `arch_rear` have lines along the
-//! edges of the wheel arches, which follow the wheels of each model. `# axles` gives the x of both
-//! axles. Creases are lines `t crease 2/1/0 from to sharpness`, as in OpenSubdiv's shapes, with
+//! edges of the wheel arches, which follow the wheels of each model. `# axles` gives the x of each
+//! axle: one for the cab of a truck, two for a whole vehicle. Creases are lines `t crease 2/1/0 from to sharpness`, as in OpenSubdiv's shapes, with
 //! indices from 0.
 
 use std::{collections::BTreeMap, f32::consts::PI};
@@ -48,7 +48,7 @@ pub(super) struct HalfCar {
     faces: Vec<(Vec<u32>, Skin)>,
     creases: Vec<(u32, u32, f32)>,
     arches: [Vec<Vec<u32>>; 2],
-    axles: [f32; 2],
+    axles: Vec<f32>,
 }
 
 /// The radius of the control points of a wheel arch in wheel radii; the edge lies further inside.
@@ -62,6 +62,12 @@ fn material(name: &str) -> Option<Material> {
         .find(|material| format!("{material:?}") == name)
 }
 
+/// Whether these are the x of one or two axles between nose and tail, front first.
+fn are_axles(axles: &[f32]) -> bool {
+    let inside = axles.iter().all(|x| 0.0 < *x && *x < 1.0);
+    inside && matches!(axles.len(), 1 | 2) && axles.is_sorted_by(|a, b| a < b)
+}
+
 impl HalfCar {
     /// Reads a file.
     pub(super) fn parse(text: &str) -> Result<HalfCar, CageError> {
@@ -70,7 +76,7 @@ impl HalfCar {
             faces: Vec::new(),
             creases: Vec::new(),
             arches: [Vec::new(), Vec::new()],
-            axles: [f32::NAN; 2],
+            axles: Vec::new(),
         };
         let mut skin = Skin { part: Part::Body, material: Material::CarPaint };
         let mut arch = None;
@@ -137,10 +143,8 @@ impl HalfCar {
                 "#" if words.clone().next() == Some("axles") => {
                     words.next();
                     match numbers(words).as_deref() {
-                        Some([front, rear]) if 0.0 < *front && front < rear && *rear < 1.0 => {
-                            car.axles = [*front, *rear];
-                        }
-                        _ => return Err(error("expected the x of both axles")),
+                        Some(axles) if are_axles(axles) => car.axles = axles.to_vec(),
+                        _ => return Err(error("expected the x of one or two axles")),
                     }
                 }
                 "" | "#" | "o" => {}
@@ -149,7 +153,7 @@ impl HalfCar {
         }
         let end = |what| CageError { line: text.lines().count(), what };
         match () {
-            () if car.axles[0].is_nan() => Err(end("no axles")),
+            () if car.axles.is_empty() => Err(end("no axles")),
             () if car.faces.is_empty() => Err(end("no faces")),
             () => Ok(car),
         }
@@ -157,19 +161,22 @@ impl HalfCar {
 
     /// Returns the cage of a whole car of these dimensions, in actor space.
     pub(super) fn placed(&self, measure: &Measure) -> Cage<Skin> {
-        let hubs = [measure.wheels[0].position_m.x, measure.wheels[2].position_m.x];
+        // A wheel of each axle; a cage of one axle is the cab of a vehicle.
+        let wheels = || measure.wheels.iter().step_by(2).zip(&self.axles);
         let [nose, tail] = [measure.nose_m - RELIEF, measure.nose_m - measure.size_m.x + RELIEF];
-        let knots = [0.0, self.axles[0], self.axles[1], 1.0];
-        let values = [nose, hubs[0], hubs[1], tail];
+        let mut knots = vec![(0.0, nose)];
+        knots.extend(wheels().map(|(wheel, axle)| (*axle, wheel.position_m.x)));
+        knots.push((1.0, tail));
         let x = |fraction: f32| {
-            let at = knots[1..3].iter().filter(|knot| fraction > **knot).count();
-            let t = (fraction - knots[at]) / (knots[at + 1] - knots[at]);
-            values[at] + (values[at + 1] - values[at]) * t
+            let inner = &knots[1..knots.len() - 1];
+            let at = inner.iter().filter(|knot| fraction > knot.0).count();
+            let ((x0, y0), (x1, y1)) = (knots[at], knots[at + 1]);
+            y0 + (y1 - y0) * ((fraction - x0) / (x1 - x0))
         };
         let half = measure.body_m * 0.5;
         let mut points: Vec<Vec3> =
             self.points.iter().map(|p| vec3(x(p.x), p.y * half, p.z * measure.size_m.z)).collect();
-        for (lines, wheel) in self.arches.iter().zip([&measure.wheels[0], &measure.wheels[2]]) {
+        for (lines, (wheel, _)) in self.arches.iter().zip(wheels()) {
             for line in lines {
                 for (number, point) in line.iter().enumerate() {
                     let t = number as f32 / (line.len() - 1) as f32;
@@ -247,11 +254,32 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::catalogue::silhouettes;
+    use crate::catalogue::{profile::Silhouette, silhouettes::*, tall::*};
+
+    const CAGED: [&Silhouette; 18] = [
+        &SEDAN,
+        &LIFTBACK,
+        &HATCHBACK,
+        &MONOVOLUME,
+        &BRICK,
+        &SUV,
+        &COUPE,
+        &FASTBACK,
+        &DOME,
+        &CLASSIC,
+        &BUBBLE,
+        &VAN,
+        &MICROBUS,
+        &COACH,
+        &CAB,
+        &SNOUT,
+        &OFF_ROADER,
+        &JEEP,
+    ];
 
     #[test]
     fn every_cage_is_closed_but_for_its_underside() {
-        for shape in silhouettes::CAGED {
+        for shape in CAGED {
             let car = HalfCar::parse(shape.cage.unwrap()).unwrap();
             let mut edges = BTreeMap::<(u32, u32), i32>::new();
             for (corners, _) in &car.faces {
@@ -266,7 +294,9 @@ mod tests {
                 let is_low = point(a).z.max(point(b).z) < 0.58;
                 assert!(count == 2 || count == 1 && (is_middle || is_low), "{a} {b}: {count}");
             }
-            assert!(car.arches.iter().all(|arch| arch.len() == 2));
+            for (axle, arch) in car.arches.iter().enumerate() {
+                assert_eq!(arch.len(), if axle < car.axles.len() { 2 } else { 0 });
+            }
         }
     }
 
@@ -286,6 +316,9 @@ mod tests {
             ("t corner 1/1/0 0 1", 6),
             ("curve", 6),
             ("# axles 0.8 0.2", 6),
+            ("# axles", 6),
+            ("# axles 1.2", 6),
+            ("# axles 0.2 0.5 0.8", 6),
         ] {
             assert_eq!(
                 HalfCar::parse(&format!("{good}{tail}\n")).unwrap_err().line,

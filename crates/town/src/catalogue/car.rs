@@ -11,7 +11,7 @@ use crate::{
         blueprint::Wheel,
         cabin,
         cage::{HalfCar, Part, Skin, Surface},
-        fittings,
+        details, fittings,
         profile::{Measure, PILLAR, SEAM, SHELL, Silhouette, Skin::Pane},
     },
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
@@ -56,6 +56,9 @@ pub(super) fn body(
         cabin::furnish(builder, shape, measure, number);
     }
     builder.object(shell);
+    if let Some(surface) = &surface {
+        details::fit(builder, shape, measure, surface);
+    }
     surface
 }
 

@@ -29,6 +29,8 @@ pub(super) fn mirrors_and_handles(
         let object =
             |door: usize| if cuts.len() > door { SHELL + 1 + 2 * door as u32 + right } else { 0 };
         let (x, z) = (measure.at(shape.mirror), belt(shape.mirror));
+        // Mirrors of tall vehicles are tall.
+        let tall = (measure.size_m.z * 0.09).clamp(0.16, 0.30);
         builder.object(object(0));
         if full > half + 0.02 {
             let (y0, y1) = across(half * 0.9, full - 0.02);
@@ -37,7 +39,7 @@ pub(super) fn mirrors_and_handles(
             let inner = (full - 0.22).max(half * 0.93);
             builder.material(Material::CarPaint);
             let shell = |x: f32, shrink: f32| -> Vec<Vec3> {
-                let (low, high) = (z + 0.01 + shrink * 0.5, z + 0.17 - shrink);
+                let (low, high) = (z + 0.01 + shrink * 0.5, z + tall + 0.01 - shrink);
                 let (a, b) = (inner + shrink, full - shrink);
                 [(a, low), (b, low + 0.02), (b, high - 0.03), (b - 0.03, high), (a, high)]
                     .map(|(y, z)| vec3(x, y * side, z))
@@ -51,8 +53,10 @@ pub(super) fn mirrors_and_handles(
             });
             let (y0, y1) = across(inner, full);
             builder.material(Material::Glass);
-            builder
-                .block(vec3(x - 0.036, y0 + 0.02, z + 0.035), vec3(x - 0.02, y1 - 0.02, z + 0.145));
+            builder.block(
+                vec3(x - 0.036, y0 + 0.02, z + 0.035),
+                vec3(x - 0.02, y1 - 0.02, z + tall - 0.015),
+            );
         }
         let (y0, y1) = across(half * 0.94, half * 0.998);
         for (door, (_, to)) in cuts.iter().enumerate() {

@@ -118,6 +118,12 @@ impl Silhouette {
         self.top.iter().rev().find(|point| point.0 <= x).map_or(Paint, |point| point.2)
     }
 
+    /// The lower edge of the windscreen: fractions of the length and of the height.
+    pub(super) fn cowl(&self) -> Option<(f32, f32)> {
+        let pane = self.top.iter().find(|point| point.2 == Skin::Pane)?;
+        Some((pane.0, pane.1))
+    }
+
     pub(super) fn is_window(&self, x: f32) -> bool {
         x > self.windows.0 && x < self.windows.1 && !self.is_pillar(x)
     }

@@ -70,7 +70,7 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
         assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{}", one.id);
         assert!(mesh.faces.iter().all(|face| face.object == 0));
         let range = match one.kind {
-            Kind::Vehicle => 1200..=13_000,
+            Kind::Vehicle => 1200..=16_500,
             Kind::Walker => 1200..=3200,
             _ => 12..=3000,
         };

@@ -235,6 +235,15 @@ pub(super) fn front(
             let ([x, _], _) = end.place(0.0);
             for slot in 0..7 {
                 let y = half * (-0.36 + 0.12 * slot as f32);
+                let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
+                    let y = y + half * 0.035 * (step as f32 - 1.0);
+                    let z = |row: u32| middle + tall * (-0.24 + 0.42 * row as f32 / 3.0);
+                    (0..4).map(|row| end.ahead(y, z(row))).collect()
+                };
+                if let Some(grid) = (0..3).map(line).collect::<Option<Vec<_>>>() {
+                    end.shell(builder, &grid, 0.004);
+                    continue;
+                }
                 builder.block(
                     vec3(x - 0.03, y - half * 0.035, middle - tall * 0.24),
                     vec3(x + 0.004, y + half * 0.035, middle + tall * 0.22),
@@ -307,7 +316,9 @@ fn rear(
     let end = End { shape, measure, is_front: false, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let sink = if surface.is_some() { 0.05 } else { 0.012 };
-    let top = shape.top(0.990) * height - sink;
+    // Lamps of a van do not follow its roof.
+    let top = shape.top(0.990);
+    let top = if top > 0.85 { shape.belt(0.990) + 0.06 } else { top } * height - sink;
     let low = shape.clearance_m + 0.06;
     let tall = (top - low).min(0.75);
     let upright = *tail == Tail::Upright;

@@ -55,6 +55,33 @@ fn occupants_are_inside_the_body() {
 }
 
 #[test]
+fn a_bus_has_rows_of_seats_and_people_only_where_it_is_driven() {
+    let (_, bus) = crate::blueprint("vehicle.mitsubishi.fusorosa").unwrap();
+    let whole = bus.mesh();
+    assert!(with(whole, Material::Skin).is_empty(), "a parked bus is empty");
+    let mut people = 0;
+    bus.rig().place(&Posture::default(), |piece, _| {
+        people += with(&bus.geometry().pieces[piece], Material::Skin).len();
+    });
+    assert!(people > 400, "{people} triangles of skin");
+    // Upholstery along the aisle, on both sides, all of it between floor and roof.
+    let cloth = with(whole, Material::Cloth);
+    let points: Vec<Vec3> = cloth
+        .iter()
+        .filter(|(_, face)| face.tint != 0)
+        .flat_map(|(corners, _)| corners.map(|c| Vec3::from_array(whole.positions[c as usize])))
+        .filter(|point| point.z < 2.3)
+        .collect();
+    let (low, high) = points
+        .iter()
+        .fold((Vec3::MAX, Vec3::MIN), |(low, high), point| (low.min(*point), high.max(*point)));
+    assert!(high.x - low.x > bus.half_extents_m.x * 1.2, "{low} to {high}");
+    assert!(low.y < -0.6 && high.y > 0.6 && low.z > 1.0, "{low} to {high}");
+    let [bottom, top] = [-1.0, 1.0].map(|side| bus.center_m + bus.half_extents_m * side);
+    assert!(points.iter().all(|p| p.cmpgt(bottom).all() && p.cmplt(top).all()));
+}
+
+#[test]
 fn wheels_do_not_touch_the_paint_above_them() {
     let closed = |one: &&crate::Blueprint| one.rig().door_count() == 4;
     for one in catalogue().iter().filter(closed) {

@@ -1,0 +1,309 @@
+//! Fine parts of bodies from cages: gaps round bonnet, boot lid and rear doors, wipers, an antenna.
+
+use glam::{Vec3, vec3};
+use mesh::Material;
+
+use crate::{
+    catalogue::{
+        cage::Surface,
+        end::End,
+        profile::{Measure, Silhouette, Skin},
+    },
+    mesh_builder::MeshBuilder,
+};
+
+/// The width of a gap between two panels. Metres.
+const GAP_M: f32 = 0.009;
+/// The height of the dark band that stands for a gap over the body. Metres.
+const LIFT_M: f32 = 0.0015;
+/// The tail of a van is as tall as its roof, as a fraction of the height.
+const VAN_TAIL: f32 = 0.85;
+
+/// A point of the body and its outward normal.
+type Spot = (Vec3, Vec3);
+
+/// Adds all that fits the body.
+pub(super) fn fit(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    surface: &Surface,
+) {
+    let body = Body { shape, measure, surface };
+    for line in body.bonnet().into_iter().chain(body.lid()) {
+        gap(builder, &line, GAP_M);
+    }
+    body.wipers(builder);
+    body.antenna(builder);
+    if body.is_van() {
+        body.rear_doors(builder);
+        body.sliding_door(builder);
+    }
+}
+
+/// Adds a dark band along a line of the body.
+fn gap(builder: &mut MeshBuilder, line: &[Spot], wide: f32) {
+    builder.tinted(Material::Plastic, [10, 10, 11]);
+    let edges: Vec<[Vec3; 2]> = (0..line.len())
+        .map(|at| {
+            let (point, normal) = line[at];
+            let ahead = line[(at + 1).min(line.len() - 1)].0 - line[at.saturating_sub(1)].0;
+            let aside = ahead.cross(normal).normalize_or_zero() * wide * 0.5;
+            [point + normal * LIFT_M - aside, point + normal * LIFT_M + aside]
+        })
+        .collect();
+    for pair in edges.windows(2) {
+        builder.quad([pair[0][0], pair[0][1], pair[1][1], pair[1][0]]);
+    }
+}
+
+/// A body and its dimensions.
+struct Body<'a> {
+    shape: &'a Silhouette,
+    measure: &'a Measure<'a>,
+    surface: &'a Surface,
+}
+
+impl Body<'_> {
+    fn half(&self) -> f32 {
+        self.measure.body_m * 0.5
+    }
+
+    fn is_van(&self) -> bool {
+        self.shape.top(0.99) > VAN_TAIL && self.shape.doors > 0
+    }
+
+    /// The uppermost point at a fraction of the length, `y` beside the middle.
+    fn above(&self, fraction: f32, y: f32) -> Option<Spot> {
+        let (at, normal) = self.surface.cast(vec3(self.measure.at(fraction), y, 0.3), Vec3::Z)?;
+        (normal.z > 0.15).then_some((at, normal))
+    }
+
+    /// A line over the top from one point to another: fractions of the length, and of the half
+    /// width.
+    fn over(&self, from: [f32; 2], to: [f32; 2], steps: u32) -> Vec<Spot> {
+        let at = |step: u32| {
+            let t = step as f32 / steps as f32;
+            let [x, u] = [0, 1].map(|axis| from[axis] + (to[axis] - from[axis]) * t);
+            self.above(x, u * self.shape.plan(x) * self.half())
+        };
+        (0..=steps).map_while(at).collect()
+    }
+
+    /// The gaps round the bonnet: both sides and the front edge.
+    fn bonnet(&self) -> Vec<Vec<Spot>> {
+        let Some((cowl, _)) = self.shape.cowl().filter(|(cowl, _)| *cowl > 0.12) else {
+            return Vec::new();
+        };
+        let front = 0.045;
+        let side = |side: f32| self.over([front, 0.66 * side], [cowl - 0.012, 0.80 * side], 10);
+        vec![side(1.0), side(-1.0), self.over([front, 0.66], [front, -0.66], 12)]
+    }
+
+    /// The gaps of a boot lid or tailgate: over the deck behind the rear window, and down the tail.
+    fn lid(&self) -> Vec<Vec<Spot>> {
+        if self.is_van() || self.shape.doors == 0 {
+            return Vec::new();
+        }
+        let top = self.shape.top;
+        let pane = top.iter().rposition(|point| point.2 == Skin::Pane);
+        let pane = pane.filter(|pane| top[*pane].0 > 0.5 && pane + 1 < top.len());
+        let Some(deck) = pane.map(|pane| top[pane + 1].0 + 0.012) else { return Vec::new() };
+        let end = End {
+            shape: self.shape,
+            measure: self.measure,
+            is_front: false,
+            surface: Some(self.surface),
+        };
+        let height = self.measure.size_m.z;
+        let high = self.shape.top(0.975) * height - 0.05;
+        let low = self.shape.clearance_m + 0.06 + (high - self.shape.clearance_m) * 0.24;
+        let y = self.half() * 0.70;
+        let mut lines = Vec::new();
+        for side in [1.0f32, -1.0] {
+            if deck < 0.93 {
+                lines.push(self.over([deck, 0.74 * side], [0.975, 0.74 * side], 6));
+            }
+            let down = |step: u32| end.ahead(y * side, high + (low - high) * step as f32 / 8.0);
+            lines.push((0..=8).map_while(down).collect());
+        }
+        let across = |step: u32| end.ahead(y * (1.0 - step as f32 / 6.0), low);
+        lines.push((0..=12).map_while(across).collect());
+        lines
+    }
+
+    /// Two wipers at rest, along the lower edge of the windscreen.
+    fn wipers(&self, builder: &mut MeshBuilder) {
+        let Some((cowl, _)) = self.shape.cowl() else { return };
+        let top = self.shape.top.iter().find(|point| point.0 > cowl + 1e-3);
+        let Some(rise) = top.map(|point| point.0 - cowl) else { return };
+        builder.tinted(Material::Plastic, [16, 16, 17]);
+        for (from, to) in [(0.70, 0.08), (0.04, -0.58)] {
+            let at = |step: u32| {
+                let t = step as f32 / 5.0;
+                let x = cowl + rise * (0.10 + 0.10 * t);
+                let y = self.half() * (from + (to - from) * t) * 0.86;
+                self.above(x, y).map(|(at, normal)| at + normal * 0.014)
+            };
+            let blade: Vec<Vec3> = (0..=5).map_while(at).collect();
+            builder.pipe(&blade, 0.008, 5);
+            let Some(end) = blade.get(2) else { continue };
+            let base = self.above(cowl + rise * 0.03, self.half() * from * 0.80);
+            if let Some((at, _)) = base {
+                builder.rod(at - Vec3::Z * 0.01, *end + Vec3::Z * 0.012, 0.007, 5);
+            }
+        }
+    }
+
+    /// A fin at the rear of the roof, where it is lower than the vehicle's height.
+    fn antenna(&self, builder: &mut MeshBuilder) {
+        let top = self.shape.top;
+        let Some(pane) = top.iter().rfind(|point| point.2 == Skin::Pane && point.0 > 0.5) else {
+            return;
+        };
+        let Some((foot, _)) = self.above(pane.0 - 0.035, 0.0) else { return };
+        let tall = (self.measure.size_m.z - foot.z - 0.003).min(0.055);
+        if tall < 0.025 {
+            return;
+        }
+        builder.material(Material::CarPaint);
+        // Rings from the base to the tip, which leans back.
+        let ring = |up: f32, grow: f32| -> Vec<Vec3> {
+            (0..8)
+                .map(|side| {
+                    let (sin, cos) = (std::f32::consts::TAU * side as f32 / 8.0).sin_cos();
+                    let x = cos * 0.075 * grow - 0.045 * up;
+                    foot + vec3(x, sin * 0.020 * grow, tall * up - 0.008 * (1.0 - up))
+                })
+                .collect()
+        };
+        let rings = [ring(0.0, 1.0), ring(0.45, 0.70), ring(0.85, 0.38), ring(1.0, 0.16)];
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+
+    /// Two doors at the tail of a van: windows, gaps, a handle.
+    fn rear_doors(&self, builder: &mut MeshBuilder) {
+        let end = End {
+            shape: self.shape,
+            measure: self.measure,
+            is_front: false,
+            surface: Some(self.surface),
+        };
+        let (height, half) = (self.measure.size_m.z, self.half());
+        let (low, high) = (self.shape.clearance_m + 0.22, height * 0.90);
+        let upright = |y: f32| -> Vec<Spot> {
+            let at = |step: u32| end.ahead(y, low + (high - low) * step as f32 / 8.0);
+            (0..=8).map_while(at).collect()
+        };
+        for y in [0.0, half * 0.84, -half * 0.84] {
+            gap(builder, &upright(y), GAP_M);
+        }
+        for z in [low, high] {
+            let at = |step: u32| end.ahead(half * 0.84 * (1.0 - step as f32 / 6.0), z);
+            gap(builder, &(0..=12).map_while(at).collect::<Vec<_>>(), GAP_M);
+        }
+        for side in [1.0, -1.0] {
+            let pane = |builder: &mut MeshBuilder, y: [f32; 2], z: [f32; 2], out: f32| {
+                let line = |step: u32| -> Option<Vec<Spot>> {
+                    let y = side * half * (y[0] + (y[1] - y[0]) * step as f32 / 4.0);
+                    (0..4)
+                        .map(|row| end.ahead(y, z[0] + (z[1] - z[0]) * row as f32 / 3.0))
+                        .collect()
+                };
+                if let Some(grid) = (0..=4).map(line).collect::<Option<Vec<_>>>() {
+                    end.shell(builder, &grid, out);
+                }
+            };
+            builder.tinted(Material::Rubber, [18, 18, 20]);
+            pane(builder, [0.08, 0.72], [height * 0.54, height * 0.80], 0.003);
+            builder.material(Material::Glass);
+            pane(builder, [0.105, 0.695], [height * 0.55, height * 0.79], 0.007);
+            builder.tinted(Material::Metal, [60, 62, 66]);
+            for z in [0.24, 0.50, 0.80] {
+                pane(builder, [0.82, 0.90], [height * z, height * z + 0.06], 0.02);
+            }
+        }
+        if let Some((at, _)) = end.ahead(-half * 0.10, height * 0.42) {
+            builder.tinted(Material::Plastic, [20, 20, 22]);
+            builder.block(at - vec3(0.025, 0.09, 0.02), at + vec3(0.02, 0.09, 0.02));
+        }
+    }
+
+    /// The gaps and the rail of a sliding door on the right of a van.
+    fn sliding_door(&self, builder: &mut MeshBuilder) {
+        let height = self.measure.size_m.z;
+        let beside = |fraction: f32, z: f32| {
+            self.surface.cast(vec3(self.measure.at(fraction), 0.0, z), -Vec3::Y)
+        };
+        let (from, to) = (self.shape.windows.1 + 0.022, self.shape.windows.1 + 0.24);
+        let (low, high) = (self.shape.clearance_m + 0.10, height * 0.86);
+        let upright = |fraction: f32| -> Vec<Spot> {
+            let at = |step: u32| beside(fraction, low + (high - low) * step as f32 / 8.0);
+            (0..=8).map_while(at).collect()
+        };
+        let along = |from: f32, to: f32, z: f32| -> Vec<Spot> {
+            let at = |step: u32| beside(from + (to - from) * step as f32 / 8.0, z);
+            (0..=8).map_while(at).collect()
+        };
+        for line in [upright(from), upright(to), along(from, to, low), along(from, to, high)] {
+            gap(builder, &line, GAP_M);
+        }
+        gap(builder, &along(to, (to + 0.22).min(0.94), height * 0.47), 0.03);
+        if let Some((at, _)) = beside(from + 0.025, height * 0.46) {
+            builder.tinted(Material::Plastic, [20, 20, 22]);
+            builder.block(at - vec3(0.09, 0.02, 0.02), at + vec3(0.09, 0.02, 0.02));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::catalogue::{blueprint, car, silhouettes, tall};
+
+    fn with<T>(id: &str, shape: &Silhouette, test: impl FnOnce(&Body) -> T) -> T {
+        let (_, one) = blueprint(id).unwrap();
+        let size_m = one.half_extents_m * 2.0;
+        let nose_m = one.center_m.x + one.half_extents_m.x;
+        let measure = Measure { size_m, body_m: size_m.y * 0.9, nose_m, wheels: &one.wheels };
+        let cage = car::cage(shape.cage.unwrap(), &measure).subdivided();
+        let surface = Surface::of(&cage);
+        test(&Body { shape, measure: &measure, surface: &surface })
+    }
+
+    #[test]
+    fn gaps_of_bonnet_and_lid_are_symmetric_lines_on_the_body() {
+        with("vehicle.lincoln.mkz_2020", &silhouettes::SEDAN, |body| {
+            let [bonnet, lid] = [body.bonnet(), body.lid()];
+            assert_eq!([bonnet.len(), lid.len()], [3, 5]);
+            for pair in [[&bonnet[0], &bonnet[1]], [&lid[0], &lid[2]], [&lid[1], &lid[3]]] {
+                assert_eq!(pair[0].len(), pair[1].len());
+                for ((left, _), (right, _)) in pair[0].iter().zip(pair[1]) {
+                    let mirrored = left.abs_diff_eq(vec3(right.x, -right.y, right.z), 1e-3);
+                    assert!(mirrored, "{left} {right}");
+                }
+            }
+            // The sides end below the windscreen, ahead of the doors.
+            let last = bonnet[0].last().unwrap().0.x;
+            let cowl = body.measure.at(body.shape.cowl().unwrap().0);
+            assert!(last > cowl && last < cowl + 0.15, "{last} {cowl}");
+        });
+        with("vehicle.mitsubishi.fusorosa", &tall::COACH, |body| {
+            assert!(body.bonnet().is_empty() && body.lid().is_empty());
+        });
+    }
+
+    #[test]
+    fn the_band_of_a_gap_has_its_width_and_lies_above_the_body() {
+        let mut builder = MeshBuilder::new(mesh::Tag::Car, Material::CarPaint, 0);
+        let line: Vec<Spot> = (0..5).map(|x| (vec3(x as f32, 0.0, 1.0), Vec3::Z)).collect();
+        gap(&mut builder, &line, 0.1);
+        let (low, high) = crate::mesh_builder::bounds(&builder.mesh);
+        assert!(low.abs_diff_eq(vec3(0.0, -0.05, 1.0 + LIFT_M), 1e-6), "{low}");
+        assert!(high.abs_diff_eq(vec3(4.0, 0.05, 1.0 + LIFT_M), 1e-6), "{high}");
+        for corners in &builder.mesh.triangles {
+            let [a, b, c] = corners.map(|at| Vec3::from_array(builder.mesh.positions[at as usize]));
+            assert!((b - a).cross(c - a).z > 0.0, "a band faces outwards");
+        }
+    }
+}
