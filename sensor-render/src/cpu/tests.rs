@@ -138,7 +138,16 @@ fn camera_packets_agree_with_the_reference() {
 }
 
 #[test]
+fn coarse_lidars_agree_with_the_reference() {
+    agrees_with_the_reference(TAU, true);
+}
+
+#[test]
 fn lidar_packets_agree_with_the_reference() {
+    agrees_with_the_reference(0.3, false);
+}
+
+fn agrees_with_the_reference(fov_rad: f32, is_coarse: bool) {
     let (town, scene) = town();
     let world = world(&town, &scene);
     let spec = SensorSpec {
@@ -146,7 +155,7 @@ fn lidar_packets_agree_with_the_reference() {
         outputs: output::POINTS | output::LABELS,
         width: 333,
         height: 21,
-        fov_rad: TAU,
+        fov_rad,
         upper_rad: 0.2,
         lower_rad: -0.5,
         range_m: 80.0,
@@ -156,6 +165,7 @@ fn lidar_packets_agree_with_the_reference() {
     let Sensor::Lidar(lidar) = rays(&spec, &pose, world.stamp, 0, Quality::Low).unwrap() else {
         unreachable!()
     };
+    assert_eq!(lidar.is_coarse, is_coarse);
     for isa in Isa::all() {
         let measured = measure(isa, &scene, &world, &spec, &pose);
         let points = plane::<[f32; 4]>(&measured, output::POINTS);
