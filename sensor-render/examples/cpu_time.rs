@@ -1,7 +1,8 @@
 //! Times the CPU tracer: `cpu_time [THREADS] [FRAMES] [FILTER] [QUALITY] [NIGHT]`.
 //!
 //! Prints wall time and CPU time for each workload on the largest town with 100 cars, at the same
-//! 16 street poses.
+//! 16 street poses; with EACH in the environment, those of each pose too, which `bench/embree_peer.py`
+//! reads.
 
 #![expect(unsafe_code, reason = "asks the kernel for processor time")]
 
@@ -127,7 +128,9 @@ fn time(
             }
         }
         if std::env::var_os("EACH").is_some() {
-            println!("  pose {pose}: {:.2}", (cpu - before) * 1e3 / frames as f64);
+            let (at, turn) = (poses[0].position(), poses[0].rotation());
+            let millis = (cpu - before) * 1e3 / frames as f64;
+            println!("  pose {pose}: {millis:.2} ms of CPU at {at}, {turn}");
         }
         for job in &jobs {
             if let Some(plane) = job.planes.iter().find(|plane| plane.output == output::DEPTH) {
