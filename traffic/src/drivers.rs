@@ -43,7 +43,7 @@ pub(crate) struct Driver {
 }
 
 impl Driver {
-    /// The median driver, who makes no errors.
+    /// The median driver, without errors of estimation.
     pub(crate) const MEDIAN: Driver = Driver {
         speed_factor: 1.0,
         headway_s: 1.15,

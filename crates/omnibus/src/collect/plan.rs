@@ -376,6 +376,7 @@ mod tests {
             ("[[weather]]\nfog_density = 101.0", "fog_density"),
             ("[[event]]\nat_secs = 1.0", "neither"),
             ("[traffic]\nradius_m = 1.0", "radius_m"),
+            ("[traffic]\ndriver_spread = 3.5", "driver_spread is 3.5"),
             ("[images]\njpeg_quality = 0", "jpeg_quality is 0"),
             ("sensor = []", "no [[sensor]]"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\noutputs = [\"flow\"]", "color, depth"),

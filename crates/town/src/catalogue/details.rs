@@ -16,8 +16,6 @@ use crate::{
 const GAP_M: f32 = 0.009;
 /// The height of the dark band that stands for a gap over the body. Metres.
 const LIFT_M: f32 = 0.0015;
-/// The tail of a van is as tall as its roof, as a fraction of the height.
-const VAN_TAIL: f32 = 0.85;
 
 /// A point of the body and its outward normal.
 type Spot = (Vec3, Vec3);
@@ -69,8 +67,13 @@ impl Body<'_> {
         self.measure.body_m * 0.5
     }
 
+    fn tail(&self) -> End<'_> {
+        let Body { shape, measure, surface } = *self;
+        End { shape, measure, is_front: false, surface: Some(surface) }
+    }
+
     fn is_van(&self) -> bool {
-        self.shape.top(0.99) > VAN_TAIL && self.shape.doors > 0
+        self.shape.has_tall_tail() && self.shape.doors > 0
     }
 
     /// The uppermost point at a fraction of the length, `y` beside the middle.
@@ -109,12 +112,7 @@ impl Body<'_> {
         let pane = top.iter().rposition(|point| point.2 == Skin::Pane);
         let pane = pane.filter(|pane| top[*pane].0 > 0.5 && pane + 1 < top.len());
         let Some(deck) = pane.map(|pane| top[pane + 1].0 + 0.012) else { return Vec::new() };
-        let end = End {
-            shape: self.shape,
-            measure: self.measure,
-            is_front: false,
-            surface: Some(self.surface),
-        };
+        let end = self.tail();
         let height = self.measure.size_m.z;
         let high = self.shape.top(0.975) * height - 0.05;
         let low = self.shape.clearance_m + 0.06 + (high - self.shape.clearance_m) * 0.24;
@@ -183,12 +181,7 @@ impl Body<'_> {
 
     /// Two doors at the tail of a van: windows, gaps, a handle.
     fn rear_doors(&self, builder: &mut MeshBuilder) {
-        let end = End {
-            shape: self.shape,
-            measure: self.measure,
-            is_front: false,
-            surface: Some(self.surface),
-        };
+        let end = self.tail();
         let (height, half) = (self.measure.size_m.z, self.half());
         let (low, high) = (self.shape.clearance_m + 0.22, height * 0.90);
         let upright = |y: f32| -> Vec<Spot> {

@@ -75,7 +75,6 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure, 
     let surface = surface.as_ref();
     let trim = match heavy.load {
         Load::Seats => Trim(Lamps::Wide, Grille::Bare, Tail::Upright, Extra::Nothing),
-        Load::Bay(..) => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {

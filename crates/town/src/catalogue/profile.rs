@@ -104,6 +104,11 @@ impl Silhouette {
         curve(&points, fraction, self.is_angular)
     }
 
+    /// Whether the tail is about as tall as the roof, as that of a van.
+    pub(super) fn has_tall_tail(&self) -> bool {
+        self.top(0.99) > 0.85
+    }
+
     /// The window sill, as a fraction of the height.
     pub(super) fn belt(&self, fraction: f32) -> f32 {
         curve(self.belt, fraction, self.is_angular)

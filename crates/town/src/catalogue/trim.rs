@@ -317,8 +317,8 @@ fn rear(
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let sink = if surface.is_some() { 0.05 } else { 0.012 };
     // Lamps of a van do not follow its roof.
-    let top = shape.top(0.990);
-    let top = if top > 0.85 { shape.belt(0.990) + 0.06 } else { top } * height - sink;
+    let top = if shape.has_tall_tail() { shape.belt(0.990) + 0.06 } else { shape.top(0.990) };
+    let top = top * height - sink;
     let low = shape.clearance_m + 0.06;
     let tall = (top - low).min(0.75);
     let upright = *tail == Tail::Upright;
