@@ -20,6 +20,7 @@ mod gltf;
 mod heavy;
 mod mesh_source;
 mod number_plate;
+mod obj;
 mod posture;
 mod profile;
 mod prop;

@@ -13,7 +13,10 @@ use glam::{Vec3, vec3};
 use mesh::Material;
 
 use crate::{
-    catalogue::profile::{Measure, RELIEF},
+    catalogue::{
+        obj::{self, CageError, Element},
+        profile::{Measure, RELIEF},
+    },
     subdivision::{Cage, edge},
 };
 
@@ -31,14 +34,6 @@ pub(super) enum Part {
 pub(super) struct Skin {
     pub(super) part: Part,
     pub(super) material: Material,
-}
-
-/// Why a file is not a cage.
-#[derive(Debug, PartialEq, thiserror::Error)]
-#[error("line {line} of a control cage: {what}")]
-pub(super) struct CageError {
-    line: usize,
-    what: &'static str,
 }
 
 /// The left half of a car, in fractions.
@@ -80,77 +75,41 @@ impl HalfCar {
         };
         let mut skin = Skin { part: Part::Body, material: Material::CarPaint };
         let mut arch = None;
-        for (line, row) in (1..).zip(text.lines()) {
-            let error = |what| CageError { line, what };
-            let mut words = row.split_ascii_whitespace();
-            let word = words.next().unwrap_or("");
-            let numbers = |words: std::str::SplitAsciiWhitespace| {
-                words.map(|word| word.parse().ok()).collect::<Option<Vec<f32>>>()
-            };
-            let indices = |words: std::str::SplitAsciiWhitespace, count: usize| {
-                let index = |word: &str| {
-                    let number = word.split('/').next()?.parse::<usize>().ok()?;
-                    (1..=count).contains(&number).then(|| number as u32 - 1)
-                };
-                words.map(index).collect::<Option<Vec<u32>>>()
-            };
-            let count = car.points.len();
-            match word {
-                "v" => match numbers(words).as_deref() {
-                    Some([x, y, z]) => car.points.push(vec3(*x, *y, *z)),
-                    _ => return Err(error("expected three coordinates")),
-                },
-                "g" => {
+        obj::read(text, |element| {
+            match element {
+                Element::Vertex(point) => car.points.push(point),
+                Element::Group(name) => {
                     arch = None;
-                    match words.next() {
-                        Some("body") => skin.part = Part::Body,
-                        Some("roof") => skin.part = Part::Roof,
-                        Some("door_front") => skin.part = Part::Door(0),
-                        Some("door_rear") => skin.part = Part::Door(2),
-                        Some("arch_front") => arch = Some(0),
-                        Some("arch_rear") => arch = Some(1),
-                        _ => return Err(error("unknown group")),
+                    match name {
+                        "body" => skin.part = Part::Body,
+                        "roof" => skin.part = Part::Roof,
+                        "door_front" => skin.part = Part::Door(0),
+                        "door_rear" => skin.part = Part::Door(2),
+                        "arch_front" => arch = Some(0),
+                        "arch_rear" => arch = Some(1),
+                        _ => return Err("unknown group"),
                     }
                 }
-                "usemtl" => {
-                    let found = words.next().and_then(material);
-                    skin.material = found.ok_or(error("unknown material"))?;
+                Element::Material(name) => {
+                    skin.material = material(name).ok_or("unknown material")?;
                 }
-                "f" => match indices(words, count) {
-                    Some(corners) if corners.len() >= 3 => car.faces.push((corners, skin)),
-                    _ => return Err(error("expected at least three vertices that exist")),
-                },
-                "l" => match (arch, indices(words, count)) {
-                    (Some(arch), Some(points)) if points.len() >= 2 => {
-                        car.arches[arch].push(points);
-                    }
-                    _ => return Err(error("expected a line of an arch")),
-                },
-                "t" => match numbers(words.clone()) {
-                    _ if words.next() != Some("crease") => return Err(error("unknown tag")),
-                    _ => match numbers({
-                        words.next();
-                        words
-                    })
-                    .as_deref()
-                    {
-                        Some([a, b, sharp]) if a.max(*b) < count as f32 && a.min(*b) >= 0.0 => {
-                            car.creases.push((*a as u32, *b as u32, *sharp));
-                        }
-                        _ => return Err(error("expected two vertices and a sharpness")),
-                    },
-                },
-                "#" if words.clone().next() == Some("axles") => {
-                    words.next();
-                    match numbers(words).as_deref() {
-                        Some(axles) if are_axles(axles) => car.axles = axles.to_vec(),
-                        _ => return Err(error("expected the x of one or two axles")),
+                Element::Face(corners) => car.faces.push((corners, skin)),
+                Element::Line(points) => {
+                    let arch = arch.ok_or("expected a line of an arch")?;
+                    let lines: &mut Vec<Vec<u32>> = &mut car.arches[arch];
+                    lines.push(points);
+                }
+                Element::Crease(a, b, sharp) => car.creases.push((a, b, sharp)),
+                Element::Comment(words) if words.first() == Some(&"axles") => {
+                    match obj::numbers(&words[1..]) {
+                        Some(axles) if are_axles(&axles) => car.axles = axles,
+                        _ => return Err("expected the x of one or two axles"),
                     }
                 }
-                "" | "#" | "o" => {}
-                _ => return Err(error("unknown element")),
+                Element::Comment(_) | Element::Nothing => {}
             }
-        }
+            Ok(())
+        })?;
         let end = |what| CageError { line: text.lines().count(), what };
         match () {
             () if car.axles.is_empty() => Err(end("no axles")),
