@@ -12,7 +12,6 @@ mod cargo;
 mod chassis;
 mod details;
 mod end;
-mod face;
 mod fittings;
 mod fleet;
 mod geometry;
