@@ -71,7 +71,7 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
         assert!(mesh.faces.iter().all(|face| face.object == 0));
         let range = match one.kind {
             Kind::Vehicle => 1200..=16_500,
-            Kind::Walker => 4500..=6300,
+            Kind::Walker => 4500..=6400,
             _ => 12..=3000,
         };
         assert!(range.contains(&mesh.triangles.len()), "{}: {}", one.id, mesh.triangles.len());

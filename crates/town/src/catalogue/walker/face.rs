@@ -17,7 +17,6 @@ pub(super) struct Face {
     /// The colours of skin and hair, sRGB.
     pub(super) skin: [u8; 3],
     pub(super) hair: [u8; 3],
-    pub(super) has_ears: bool,
 }
 
 /// The colours of irises, sRGB.
@@ -60,11 +59,9 @@ pub(super) fn build(builder: &mut MeshBuilder, face: &Face) {
         let tilt = Quat::from_rotation_x(side * random.between(-0.16, -0.04))
             * Quat::from_rotation_z(side * 0.35);
         builder.block_at(on(-0.005, y * 1.02, 0.185 + lift), size(0.025, 0.14, 0.024), tilt);
-        if face.has_ears {
-            builder.tinted(Material::Skin, skin([0.97, 0.90, 0.88]));
-            let tilt = Quat::from_rotation_z(side * 0.4);
-            ear(builder, at(-0.06, side * 0.70, -0.08), tilt, face.half);
-        }
+        builder.tinted(Material::Skin, skin([0.97, 0.90, 0.88]));
+        let tilt = Quat::from_rotation_z(side * 0.4);
+        ear(builder, at(-0.06, side * 0.70, -0.08), tilt, face.half);
     }
     nose(builder, &at, skin([0.98, 0.94, 0.93]), random.between(0.85, 1.15));
     // The lips with the line between them.

@@ -47,7 +47,6 @@ impl Figure {
         let head_top = match person.hair {
             Hair::Bald => 1.0,
             Hair::Hat => 0.982,
-            Hair::Curls | Hair::Beanie | Hair::Hood => 0.991,
             _ => 0.995,
         };
         Figure {
@@ -110,7 +109,6 @@ impl Figure {
                 surface: Surface::of(&head),
                 skin: self.person.colors[3],
                 hair: self.person.colors[2],
-                has_ears: !matches!(self.person.hair, Hair::Long | Hair::Bob | Hair::Hood),
             },
         );
     }

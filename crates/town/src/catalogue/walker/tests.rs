@@ -12,7 +12,7 @@ use crate::{
             figure::{Figure, joint_of, parsed},
             garment::Garment,
             outfit,
-            people::PEOPLE,
+            people::{Hair, PEOPLE},
             rig,
         },
     },
@@ -222,5 +222,30 @@ fn the_crown_is_at_the_height_of_the_table() {
     for one in &PEOPLE {
         let top = bounds(blueprint(one.id).unwrap().1.mesh()).1.z;
         assert!((top - one.height_m).abs() < 0.012, "{}: {top} of {} m", one.id, one.height_m);
+    }
+}
+
+#[test]
+fn the_keypoints_of_heads_lie_on_their_meshes() {
+    // Nose, eyes and ears as COCO's keypoints place them: in half heads from the middle.
+    const POINTS: [[f32; 3]; 5] = [
+        [0.93, 0.0, -0.20],
+        [0.72, 0.27, 0.03],
+        [0.72, -0.27, 0.03],
+        [-0.04, 0.73, -0.08],
+        [-0.04, -0.73, -0.08],
+    ];
+    for (number, one) in PEOPLE.iter().enumerate() {
+        let mesh = blueprint(one.id).unwrap().1.mesh();
+        let half = Figure::new(number).body.half_head_m;
+        let middle = Vec3::new(0.010, 0.0, 0.995) * one.height_m - Vec3::Z * half;
+        // Hats push three heads down.
+        let most = if one.hair == Hair::Hat { 0.026 } else { 0.012 };
+        for point in POINTS {
+            let point = middle + Vec3::from_array(point) * half;
+            let far = mesh.positions.iter().map(|at| point.distance(Vec3::from_array(*at)));
+            let near = far.fold(f32::INFINITY, f32::min);
+            assert!(near < most, "{}: {point} is {near} m from the mesh", one.id);
+        }
     }
 }
