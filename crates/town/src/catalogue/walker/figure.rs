@@ -65,9 +65,9 @@ impl Figure {
             (Top::Coat, _) | (_, Bottom::Dress) => 0.086,
             (Top::Jacket, _) => 0.082,
             (_, Bottom::Skirt) => 0.080,
-            (Top::Hoodie, _) => 0.078,
             (Top::Shirt | Top::Uniform, _) => 0.0725,
-            _ => 0.0755,
+            (Top::Anorak, _) => 0.076,
+            _ => 0.0795,
         };
         let knot = match hair {
             Hair::Bun | Hair::Tail => 1.38 * self.body.half_head_m / h - 0.010,

@@ -90,7 +90,7 @@ impl Outfit {
             if person.is_child { [RED, WHITE, SKY, ROSE] } else { [WHITE, GREY, NAVY, WHITE] };
         let is_formal = matches!(person.top, Top::Coat | Top::Shirt | Top::Blouse | Top::Uniform);
         let shoe = if is_formal || random.chance(0.5) && !person.is_child {
-            *random.pick(&[BLACK, BLACK, BROWN, CHARCOAL, RUST])
+            *random.pick(&[BLACK, BLACK, BROWN, CHARCOAL, NAVY])
         } else {
             *random.pick(&bright)
         };
@@ -101,7 +101,7 @@ impl Outfit {
             shoe,
             sole: if is_formal { shaded(shoe, 0.6) } else { [188, 186, 180] },
             has_beard: !person.is_female && !person.is_child && random.chance(0.35),
-            bag: *random.pick(&[BLACK, CHARCOAL, BROWN, NAVY, OLIVE, RUST]),
+            bag: *random.pick(&[BLACK, CHARCOAL, BROWN, NAVY, OLIVE, WINE]),
             hat: match person.hair {
                 Hair::Cap if person.top == Top::Uniform => person.colors[0],
                 Hair::Hat => *random.pick(&[CHARCOAL, BROWN, BEIGE, BLACK]),
@@ -120,7 +120,7 @@ impl Outfit {
     fn seat(&self) -> f32 {
         match self.person.top {
             Top::Coat => 0.46,
-            _ if self.hangs() => 0.57,
+            _ if self.hangs() => 0.55,
             _ => 1.0,
         }
     }
@@ -245,6 +245,8 @@ impl Outfit {
             "bare_thigh" | "bare_leg" => skin_if(at < cover.hem + 0.03),
             "top" => cloth(self.patterned(top, at)),
             "inner" => cloth(self.inner),
+            // Coats are open below the waist.
+            "trim" if self.person.top == Top::Coat && at < 0.61 => None,
             "trim" => Some((Material::Plastic, shaded(top, 0.55))),
             "bottom" => (at < self.seat()).then_some((Material::Cloth, bottom)),
             "collar" => cloth(match self.person.top {
