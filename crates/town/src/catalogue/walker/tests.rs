@@ -10,7 +10,7 @@ use crate::{
         walker::{
             body::Piece,
             figure::{Figure, joint_of, parsed},
-            garment::Garment,
+            garment::{Garment, Patch},
             outfit,
             people::{Hair, PEOPLE},
             rig,
@@ -21,7 +21,7 @@ use crate::{
 };
 
 /// How deep clothes may lie below the skin that they cover. Metres.
-const DEPTH_M: f32 = 0.006;
+const DEPTH_M: f32 = 0.004;
 /// How far off the skin clothes may hang. Metres.
 const LOOSE_M: f32 = 0.25;
 
@@ -98,7 +98,10 @@ impl Layers {
             let garment = parsed(text);
             let cage = garment.fitted(&figure.body);
             for (corners, patch) in &cage.faces {
-                if !matches!(garment.slot(*patch), "top" | "bottom" | "inner" | "trim" | "shoe") {
+                if !matches!(
+                    garment.slot(*patch),
+                    "top" | "bottom" | "inner" | "trim" | "shoe" | "hair" | "hat" | "band"
+                ) {
                     continue;
                 }
                 for at in 1..corners.len() - 1 {
@@ -107,6 +110,16 @@ impl Layers {
                 }
             }
         });
+        let (middle, half) = (figure.body.head_m, figure.body.half_head_m);
+        let is_bald = PEOPLE[number].hair == Hair::Bald;
+        for point in parsed(outfit::HEAD).fitted(&figure.body).points {
+            let at = (point - middle) / half;
+            let hair = at.x < -0.25 && (-0.1..0.9).contains(&at.z) && !is_bald;
+            if hair && at.length() > 0.5 {
+                let joint = joint_of(Patch::of(Piece::Head));
+                layers.skin.push((joint, point, at.normalize_or_zero()));
+            }
+        }
         let garment = parsed(outfit::BODY);
         let cage = garment.fitted(&figure.body);
         for (corners, patch) in cage.faces.iter().step_by(3) {
@@ -154,7 +167,7 @@ impl Layers {
 }
 
 #[test]
-fn clothes_cover_the_skin_in_every_phase_of_walk_and_run() {
+fn clothes_and_hair_cover_the_skin_in_every_phase_of_walk_and_run() {
     for (number, one) in PEOPLE.iter().enumerate() {
         let layers = Layers::of(number);
         assert!(layers.skin.len() > 100, "{}: {} points of skin", one.id, layers.skin.len());
