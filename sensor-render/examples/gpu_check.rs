@@ -9,6 +9,7 @@
 
 mod sample;
 
+use std::collections::BTreeMap;
 use std::error::Error;
 use std::fs::File;
 use std::os::fd::AsRawFd;
@@ -353,6 +354,7 @@ fn compare(
 ) -> Result<bool, Box<dyn Error>> {
     let mut cpu = Tracer::Cpu(CpuTracer::new(0)?);
     let mut differ = [0u64; 6];
+    let mut pairs_of_ids: BTreeMap<[u32; 2], u64> = BTreeMap::new();
     let mut of = [0u64; 6];
     for index in 0..8 {
         let sensors = vec![sample::camera("front", 640, 480), sample::lidar("roof", 512, 32)];
@@ -367,7 +369,14 @@ fn compare(
             let size = protocol::element_bytes(plane.output);
             of[at] += (a.len() / size) as u64;
             let pairs = a.chunks_exact(size).zip(b.chunks_exact(size));
-            differ[at] += pairs.filter(|(a, b)| differs(plane.output, a, b)).count() as u64;
+            let different = pairs.filter(|(a, b)| differs(plane.output, a, b));
+            for (a, b) in different {
+                differ[at] += 1;
+                if plane.output == output::INSTANCE {
+                    let ids = [a, b].map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
+                    *pairs_of_ids.entry(ids).or_default() += 1;
+                }
+            }
         }
     }
     let mut right = true;
@@ -377,6 +386,13 @@ fn compare(
         print!("{:>18}", format!("{} of {}", differ[at], of[at]));
     }
     println!("  {}", if right { "ok" } else { "TOO MANY" });
+    if !right {
+        let mut often: Vec<_> = pairs_of_ids.into_iter().collect();
+        often.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+        for ([by_cpu, by_gpu], count) in often.into_iter().take(12) {
+            println!("    {count} x {by_cpu:#x} on the CPU, {by_gpu:#x} on the GPU");
+        }
+    }
     Ok(right)
 }
 

@@ -6,14 +6,13 @@ use crate::bvh::{Box3, Link, Node};
 /// Node with eight children, for packets of rays. The rows of `bounds` are low x, high x, low y,
 /// high y, low z, high z, each for all children.
 ///
-/// Unused children are [`Link::EMPTY`] with a box that no ray hits. The last two rows are never
-/// read; with them, every row number masked to three bits is a valid index.
+/// Unused children are [`Link::EMPTY`] with a box that no ray hits.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C, align(64))]
 pub(crate) struct WideNode {
-    pub(crate) bounds: [[f32; 8]; 8],
+    bounds: [[f32; 8]; 6],
     pub(crate) children: [Link; 8],
-    pub(crate) reserved: [u32; 8],
+    reserved: [u32; 8],
 }
 
 /// A coordinate far outside of any scene.
@@ -22,9 +21,16 @@ const OUTSIDE: f32 = 1e30;
 impl WideNode {
     pub(crate) const EMPTY: WideNode = {
         let (far, near) = ([OUTSIDE; 8], [-OUTSIDE; 8]);
-        let bounds = [far, near, far, near, far, near, far, far];
+        let bounds = [far, near, far, near, far, near];
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     };
+
+    /// Returns a row of the bounds, numbered from 0 to 5.
+    #[inline(always)]
+    pub(crate) fn row(&self, number: usize) -> &[f32; 8] {
+        // The node consists of eight rows, so that a masked number is a valid index.
+        &bytemuck::cast_ref::<WideNode, [[f32; 8]; 8]>(self)[number & 7]
+    }
 
     /// Returns a node with two children, each with its box.
     pub(crate) fn join(children: [(Link, Box3); 2]) -> WideNode {

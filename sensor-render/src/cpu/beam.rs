@@ -122,7 +122,7 @@ impl Beam {
 impl Probe for Beam {
     #[inline(always)]
     fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
-        let row = |row: usize| E::load(&node.bounds[row & 7]);
+        let row = |row: usize| E::load(node.row(row));
         let mut inside = E::splat(0.0);
         for (number, plane) in self.planes.iter().enumerate() {
             let side = row(plane.row_b).mul_add(E::splat(plane.b), E::splat(plane.offset));
@@ -170,7 +170,7 @@ impl Probe for Slab {
     #[inline(always)]
     fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
         let (touched, near) = self.beam.touch::<E>(node, limit);
-        let row = |row: usize| E::load(&node.bounds[row & 7]);
+        let row = |row: usize| E::load(node.row(row));
         // The corner that lies least far along the direction.
         let [x, y, z] = self.beam.axis;
         let [row_x, row_y, row_z] = self.beam.axis_rows.map(|row| row ^ 1);

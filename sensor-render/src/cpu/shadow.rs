@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::beam::Beam;
 use super::single_ray::SingleRay;
-use super::traversal::{Stack, Visitor, walk};
+use super::traversal::{Stack, Visitor, walk_in_any_order};
 use crate::instance::Instance;
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3};
@@ -53,19 +53,13 @@ impl<F: Float> Shadow<F> {
         let mut open = self.active;
         let beam = self.beam(scene.reach);
         let mut town = TriangleVisitor { scene, shadow: self, open: &mut open };
-        walk::<F::Float8, _, _>(
-            &scene.wide,
-            scene.town_blas.wide_root,
-            &beam,
-            0.0,
-            stack,
-            &mut town,
-        );
+        let root = scene.town_blas.wide_root;
+        walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &beam, stack, &mut town);
         if let Some(root) = world.wide_root
             && open.any()
         {
             let mut actors = InstanceVisitor { scene, world, shadow: self, open: &mut open };
-            walk::<F::Float8, _, _>(&world.wide, root, &beam, 0.0, stack, &mut actors);
+            walk_in_any_order::<F::Float8, _, _>(&world.wide, root, &beam, stack, &mut actors);
         }
         self.active & !open
     }
@@ -211,7 +205,8 @@ impl<F: Float> Visitor for InstanceVisitor<'_, F> {
             let beam = shadow.beam(self.scene.reach);
             let mut triangles =
                 TriangleVisitor { scene: self.scene, shadow: &shadow, open: self.open };
-            walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, 0.0, stack, &mut triangles);
+            let nodes = &self.scene.wide;
+            walk_in_any_order::<F::Float8, _, _>(nodes, root, &beam, stack, &mut triangles);
         }
         limit::<F>(*self.open)
     }

@@ -124,7 +124,7 @@ impl SingleRay {
 impl Probe for SingleRay {
     #[inline(always)]
     fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
-        let row = |row: usize| E::load(&node.bounds[row & 7]);
+        let row = |row: usize| E::load(node.row(row));
         let mut near = E::splat(0.0);
         let mut far = E::splat(limit);
         for axis in 0..3 {

@@ -23,6 +23,24 @@ impl Stack {
     pub(crate) fn new() -> Stack {
         Stack { entries: Box::new([Entry { near: 0.0, link: Link::EMPTY }; STACK]), height: 0 }
     }
+
+    #[inline(always)]
+    fn push(&mut self, entry: Entry) {
+        self.entries[self.height] = entry;
+        self.height += 1;
+    }
+
+    /// Pushes an entry below those above `floor` that are nearer.
+    #[inline(always)]
+    fn push_in_order<const NEAR_FIRST: bool>(&mut self, entry: Entry, floor: usize) {
+        let mut at = self.height;
+        while NEAR_FIRST && at > floor && self.entries[at - 1].near < entry.near {
+            self.entries[at] = self.entries[at - 1];
+            at -= 1;
+        }
+        self.entries[at] = entry;
+        self.height += 1;
+    }
 }
 
 /// Object that is tested against boxes: a beam or a single ray.
@@ -83,26 +101,36 @@ fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
         } else {
             let node = &nodes[link.0 as usize];
             let (mut touched, near) = probe.touch::<E>(node, limit);
-            if touched & touched.wrapping_sub(1) == 0 {
-                if touched != 0 {
-                    link = node.children[touched.trailing_zeros() as usize & 7];
+            if touched != 0 {
+                let entry = |slot: u32| {
+                    let slot = slot as usize & 7;
+                    let near = if NEAR_FIRST { near[slot] } else { 0.0 };
+                    Entry { near, link: node.children[slot] }
+                };
+                // One or two children are the common cases, which need no sorting on the stack.
+                let first = entry(touched.trailing_zeros());
+                touched &= touched - 1;
+                if touched == 0 {
+                    link = first.link;
                     continue;
                 }
-            } else {
-                let first = stack.height;
+                let second = entry(touched.trailing_zeros());
+                touched &= touched - 1;
+                let is_second = !NEAR_FIRST || second.near <= first.near;
+                let (mut nearest, farther) =
+                    if is_second { (second, first) } else { (first, second) };
+                let floor = stack.height;
+                stack.push(farther);
                 while touched != 0 {
-                    let slot = touched.trailing_zeros() as usize & 7;
+                    let mut other = entry(touched.trailing_zeros());
                     touched &= touched - 1;
-                    let near = if NEAR_FIRST { near[slot] } else { 0.0 };
-                    let entry = Entry { near, link: node.children[slot] };
-                    let mut at = stack.height;
-                    while NEAR_FIRST && at > first && stack.entries[at - 1].near < entry.near {
-                        stack.entries[at] = stack.entries[at - 1];
-                        at -= 1;
+                    if !NEAR_FIRST || other.near <= nearest.near {
+                        std::mem::swap(&mut nearest, &mut other);
                     }
-                    stack.entries[at] = entry;
-                    stack.height += 1;
+                    stack.push_in_order::<NEAR_FIRST>(other, floor);
                 }
+                link = nearest.link;
+                continue;
             }
         }
         loop {

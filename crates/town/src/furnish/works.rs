@@ -74,8 +74,9 @@ fn fence(plan: &mut Plan, scene: &mut Scene, garden: &Garden, random: &mut Rando
         let half = PANEL_M * 0.49;
         scene.add(properties, place, |builder| {
             builder.material(Material::Concrete);
-            for side in [-half, half] {
-                builder.block(vec3(side - 0.15, -0.3, -0.1), vec3(side + 0.15, 0.3, 0.12));
+            // Below the panel, so that those of neighbours do not overlap.
+            for [low, high] in [[-half - 0.02, -half + 0.28], [half - 0.28, half + 0.02]] {
+                builder.block(vec3(low, -0.3, -0.1), vec3(high, 0.3, 0.12));
             }
             builder.material(Material::Metal);
             for side in [-half, half] {
