@@ -152,11 +152,12 @@ fn linear(c: Vec3) -> Vec3 {
 }
 
 /// Returns the radiance of a room behind a pane of a building: lit at night in a third of the panes,
-/// which a hash of the object and the pane's tint decides. `dark` is 1 at night.
+/// which a hash of the object and the pane's tint decides, from warm to white. `dark` is 1 at night.
 fn room_emission(seed: u32, tint: u32, dark: f32) -> Vec3 {
     let share = |word: u32| (mixed(word) & 0xff) as f32 * (1.0 / 255.0);
     let lit = if share(seed ^ tint) > 0.66 { 0.3 + 0.7 * share(seed ^ tint << 16) } else { 0.0 };
-    Vec3::new(1.5, 1.0, 0.5) * (lit * dark)
+    let white = share(seed ^ tint << 8);
+    Vec3::new(0.5, 0.3, 0.12).lerp(Vec3::new(0.4, 0.37, 0.31), white * white) * (lit * dark)
 }
 
 /// Returns the radiance that a street light emits. `dark` is 1 at night.
@@ -263,7 +264,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const DULL: [f32; 4] = [0.6, 0.0, 0.0, 0.0];
     match material {
         Material::Asphalt => {
-            [[0.082, 0.082, 0.086, 0.03], [0.55, 0.0, ROAD, 0.0], [0.34, 55.0, 0.1, 0.31]]
+            [[0.082, 0.082, 0.086, 0.03], [0.78, 0.0, ROAD, 0.0], [0.34, 55.0, 0.1, 0.31]]
         }
         Material::PaintWhite => {
             [[0.68, 0.68, 0.66, 0.03], [0.6, 0.0, MARKING, 0.0], [0.3, 17.0, 0.3, 0.9]]
@@ -303,7 +304,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         }
         Material::Metal => [[0.32, 0.33, 0.34, 0.18], [0.35, 0.0, 0.0, 0.1], SMOOTH],
         Material::Glass => [[0.012, 0.015, 0.017, 0.08], [0.05, 0.0, 0.0, 0.0], SMOOTH],
-        Material::CarPaint => [[0.3, 0.3, 0.3, 0.05], [0.12, 0.0, 0.0, 0.0], SMOOTH],
+        Material::CarPaint => [[0.3, 0.3, 0.3, 0.045], [0.22, 0.0, 0.0, 0.0], SMOOTH],
         Material::Rubber => [[0.022, 0.022, 0.024, 0.02], DULL, SMOOTH],
         Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampWhite => [[0.72, 0.74, 0.76, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],

@@ -159,9 +159,11 @@ impl Street {
         Ok(Street { host, client, bundle, size: [args.width as usize, args.height as usize] })
     }
 
-    /// Returns the picture of the next frame, under this weather.
+    /// Returns the picture of the second frame under this weather: the lamps of vehicles follow the weather
+    /// one frame later.
     fn picture(&mut self, weather: &Weather) -> anyhow::Result<Image> {
         self.client.request("weather", &[Command::SetWeather(*weather)])?;
+        self.client.tick()?;
         let (frame, measured) = self.client.tick_and_collect(&mut [&mut self.bundle])?;
         let measured = measured.into_iter().flatten().next();
         let measured = measured.with_context(|| format!("{frame} has no image"))?;

@@ -122,7 +122,9 @@ fn street_light_emission(number: u32) -> vec3f {
 fn room_emission(seed: u32, tint: u32) -> vec3f {
     let chance = f32(mixed(seed ^ tint) & 255u) * (1.0 / 255.0);
     let bright = 0.3 + 0.7 * (f32(mixed(seed ^ (tint << 16u)) & 255u) * (1.0 / 255.0));
-    return vec3f(1.5, 1.0, 0.5) * (select(0.0, bright, chance > 0.66) * frame.horizon.w);
+    let white = f32(mixed(seed ^ (tint << 8u)) & 255u) * (1.0 / 255.0);
+    let color = mix(vec3f(0.5, 0.3, 0.12), vec3f(0.4, 0.37, 0.31), white * white);
+    return color * (select(0.0, bright, chance > 0.66) * frame.horizon.w);
 }
 
 fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
