@@ -144,7 +144,7 @@ fn walkers_keep_to_sidewalks_and_crosswalks_and_obey_lights() {
 }
 
 #[test]
-fn walkers_that_cross_streets_do_so_in_gaps() {
+fn by_the_cross_factor_walkers_cross_streets_away_from_crosswalks() {
     let mut course = town(5, 40, 100);
     course.tick_with(&[set(ActorId::NONE, param::CROSS_FACTOR, 1.0)]);
     let seen = watch(&mut course, 120.0);
