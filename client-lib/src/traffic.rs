@@ -5,7 +5,7 @@ use protocol::ActorId;
 use crate::{Actor, ActorKind, Client, ClientError, Command, LightPhase, RouteStep, TrafficParam};
 
 impl Client {
-    /// Sets how a vehicle on autopilot drives, or with [`ActorId::NONE`] how all do that were told
+    /// Sets how a vehicle on autopilot drives or a walker walks, or with [`ActorId::NONE`] how all do that were told
     /// nothing themselves.
     ///
     /// # Errors
@@ -19,13 +19,14 @@ impl Client {
         self.request_one("traffic_param", Command::set_traffic_param(actor_id, param).0).map(drop)
     }
 
-    /// Gives a vehicle on autopilot a route: places that it passes over the shortest way, and turns
+    /// Gives a walker on autopilot places to walk to one after the other, or a vehicle a route: places that it passes over the shortest way, and turns
     /// that it takes at the junctions that come next. It changes lanes for them where that is safe.
     /// After the last step, and without steps, it chooses its own way.
     ///
     /// # Errors
     ///
-    /// [`ClientError::Refused`] if it does not exist, is no vehicle, or a place is not on the map.
+    /// [`ClientError::Refused`] if it does not exist, is neither a vehicle nor a walker, or is a walker
+    /// and a step is a turn.
     pub fn set_route(&mut self, actor_id: ActorId, steps: &[RouteStep]) -> Result<(), ClientError> {
         let steps: Vec<protocol::RouteStep> = steps.iter().map(|step| (*step).into()).collect();
         let parts = protocol::RouteCommand::route(actor_id, &steps).into_iter();

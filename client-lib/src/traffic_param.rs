@@ -1,9 +1,9 @@
-//! Parameters and routes of vehicles on autopilot.
+//! Parameters and routes of vehicles and walkers on autopilot.
 
 use glam::Vec3;
 use protocol::{ActorId, param, route_step};
 
-/// How a vehicle on autopilot drives: see [`Client::set_traffic_param`](crate::Client::set_traffic_param).
+/// How a vehicle on autopilot drives, or a walker walks: see [`Client::set_traffic_param`](crate::Client::set_traffic_param).
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum TrafficParam {
@@ -11,7 +11,7 @@ pub enum TrafficParam {
     /// faster. Replaces [`TrafficParam::SpeedMps`].
     SpeedReduction(f32),
     /// The speed that it drives at whatever the limit is, curves allowing, m/s. Replaces
-    /// [`TrafficParam::SpeedReduction`].
+    /// [`TrafficParam::SpeedReduction`]. Of a walker: the speed at which it walks.
     SpeedMps(f32),
     /// The distance to the standing vehicle in front, m.
     GapM(f32),
@@ -45,8 +45,15 @@ pub enum TrafficParam {
     /// By how much drivers differ: 0 not at all, 1 as in the field (the default), up to 3; with
     /// [`ActorId::NONE`] only.
     DriverSpread(f32),
-    /// The seed of all random decisions, 0 to 2^24; with [`ActorId::NONE`] only.
+    /// The seed of all random decisions of vehicles, 0 to 2^24; with [`ActorId::NONE`] only.
     Seed(u32),
+    /// The share of walkers that cross quiet streets away from crosswalks, 0 by default; with
+    /// [`ActorId::NONE`] only.
+    CrossFactor(f32),
+    /// The seed of all random decisions of walkers, 0 to 2^24; with [`ActorId::NONE`] only.
+    WalkerSeed(u32),
+    /// The walker with which a walker goes, side by side; [`ActorId::NONE`] ends it.
+    WalksWith(ActorId),
 }
 
 impl TrafficParam {
@@ -71,6 +78,9 @@ impl TrafficParam {
             TrafficParam::AutomaticLights(on) => (param::LAMPS, share(on)),
             TrafficParam::DriverSpread(value) => (param::DRIVER_SPREAD, value),
             TrafficParam::Seed(seed) => (param::SEED, seed as f32),
+            TrafficParam::CrossFactor(value) => (param::CROSS_FACTOR, value),
+            TrafficParam::WalkerSeed(seed) => (param::WALKER_SEED, seed as f32),
+            TrafficParam::WalksWith(other) => (param::WALKS_WITH, other.0 as f32),
         };
         protocol::TrafficParam { actor_id, param, value }
     }

@@ -281,8 +281,8 @@ impl Host {
         // The shell executes commands while the core reads the decision.
         let decided = self.shell.decided.take();
         let decision = decided.as_ref().and_then(|decided| {
-            let (controls, lights, _) = decided.header().parts(decided.payload())?;
-            Some(Decision { controls, lights, hash: decided.hash() })
+            let parts = decided.header().parts(decided.payload())?;
+            Some(Decision { parts, hash: decided.hash() })
         });
         let stepped = self.sim.step(&Inputs { decision, requests }, &mut self.shell);
         self.shell.decided = decided;

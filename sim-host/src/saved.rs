@@ -5,16 +5,13 @@
 
 use bytemuck::{Pod, Zeroable};
 use mesh::WordHash;
-use protocol::{
-    ActorState, Episode, JournalEntry, LightState, Name, Stamp, TrafficHeader, VehicleControl,
-    WalkerLimbs,
-};
+use protocol::{ActorState, Episode, JournalEntry, Name, Stamp, TrafficHeader, WalkerLimbs};
 
 use crate::{physics::Physics, request::Pending};
 
 /// The magic number of a saved state, and the version of its layout.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnistat");
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// Everything that decides the future.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -209,12 +206,11 @@ impl SavedState {
         head.copy_from_slice(bytemuck::bytes_of(&read));
     }
 
-    /// Returns the decision of traffic: controls, lights and the planner's state.
-    pub fn decided(&self) -> Option<(Vec<VehicleControl>, Vec<LightState>, Vec<u8>)> {
+    /// Returns the planner's state in the decision of traffic.
+    pub fn planner(&self) -> Option<Vec<u8>> {
         let (header, payload) = self.decision.as_ref()?;
         let blocks = bytemuck::pod_collect_to_vec::<u8, protocol::Block>(payload);
-        let (controls, lights, planner) = header.parts(&blocks)?;
-        Some((controls.to_vec(), lights.to_vec(), planner.to_vec()))
+        Some(header.parts(&blocks)?.planner.to_vec())
     }
 }
 

@@ -18,9 +18,9 @@ use std::{convert::Infallible, sync::Arc};
 use mesh::WordHash;
 use protocol::{
     ActorId, ActorState, BundleId, BundleReceipt, Command, CommandGroup, CreateBundle, HideLayers,
-    JournalEntry, LightState, LoadMap, Name, Outcome, Query, Refusal, Response, SensorCommand,
-    SensorSpec, ServiceCommand, Settings, Stamp, StandingCommand, StandingState, Transmit,
-    VehicleControl, Weather, WorldCommand,
+    JournalEntry, LoadMap, Name, Outcome, Query, Refusal, Response, SensorCommand, SensorSpec,
+    ServiceCommand, Settings, Stamp, StandingCommand, StandingState, TrafficParts, Transmit,
+    Weather, WorldCommand,
 };
 use town::Town;
 
@@ -37,10 +37,8 @@ mod tests;
 /// What traffic decided: it acts in the next frame.
 #[derive(Clone, Copy, Debug)]
 pub struct Decision<'a> {
-    /// The controls of the vehicles that traffic drives.
-    pub controls: &'a [VehicleControl],
-    /// The phases of traffic lights.
-    pub lights: &'a [LightState],
+    /// Controls of vehicles and walkers, and phases of traffic lights.
+    pub parts: TrafficParts<'a>,
     /// [`decision_hash`] over the decision and the planner's state.
     pub hash: u64,
 }
@@ -198,7 +196,7 @@ impl Sim {
         self.stamp = self.coming();
         if let Some(decision) = &inputs.decision {
             self.decision_hash = decision.hash;
-            self.world.follow_traffic(decision.controls, decision.lights);
+            self.world.follow_traffic(&decision.parts);
         }
         self.apply(inputs.requests, When::InFrame, services)?;
         services.commands_applied();

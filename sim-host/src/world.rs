@@ -2,12 +2,12 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use mesh::{ObjectId, WordHash};
 use protocol::{
-    ACTORS_MAX, ActorId, ActorState, BODY_LIFE_NANOS, LightState, Name, Pose, ROUTE_STEPS, Refusal,
-    RouteCommand, STRIDE, SetDead, Settings, Spawn, StandingState, VehicleControl, WalkerLimbs,
-    WorldCommand, flag, kind, lamp, light,
+    ACTORS_MAX, ActorId, ActorState, BODY_LIFE_NANOS, Name, Pose, ROUTE_STEPS, Refusal,
+    RouteCommand, STRIDE, SetDead, Settings, Spawn, StandingState, TrafficParts, VehicleControl,
+    WalkerLimbs, WorldCommand, flag, kind, lamp, light, route_step,
 };
 use town::{Blueprint, Kind, Layer, Town};
 
@@ -164,7 +164,12 @@ impl World {
             WorldCommand::Autopilot(to) => {
                 self.check_alive(to.actor_id)?;
                 let actor = self.movable(to.actor_id)?;
+                let stops = actor.kind == kind::WALKER && to.on == 0 && actor.has(flag::AUTOPILOT);
                 set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
+                if stops {
+                    // A fallen walker has no velocity to set.
+                    let _ = self.physics.set_velocity(to.actor_id, Vec3::ZERO, Vec3::ZERO);
+                }
                 Ok(to.actor_id.0)
             }
             WorldCommand::SetPhysics(to) => {
@@ -409,9 +414,21 @@ impl World {
         fallen.filter(is_over)
     }
 
-    /// Checks a route of a vehicle. Traffic reads the command in the journal and follows it.
+    /// Checks a route of a vehicle or a walker. Traffic reads the command in the journal and follows
+    /// it.
     fn check_route(&mut self, route: &RouteCommand) -> Result<(), Refusal> {
-        self.vehicle(route.actor_id, "route")?;
+        if self.movable(route.actor_id)?.kind == kind::WALKER {
+            let steps = route.steps.iter().take(route.count as usize);
+            if let Some(turn) = steps.map(|step| step.kind).find(|kind| *kind != route_step::PLACE)
+            {
+                return Err(Refusal::wrong_kind(format!(
+                    "{} is a walker, whose route has places only; step {turn} is a turn",
+                    route.actor_id
+                )));
+            }
+        } else {
+            self.vehicle(route.actor_id, "route")?;
+        }
         if route.count as usize > ROUTE_STEPS {
             return Err(Refusal::out_of_range(format!(
                 "route of {} steps, ROUTE_STEPS is {ROUTE_STEPS}; send the rest in another command",
@@ -421,10 +438,20 @@ impl World {
         Ok(())
     }
 
-    /// Applies a decision of traffic. Controls of vehicles that traffic does not drive are ignored:
-    /// their autopilot may have been switched off since.
-    pub fn follow_traffic(&mut self, controls: &[VehicleControl], lights: &[LightState]) {
-        for control in controls {
+    /// Applies a decision of traffic. Controls of vehicles and walkers that are not on autopilot are
+    /// ignored: it may have been switched off since.
+    pub fn follow_traffic(&mut self, decided: &TrafficParts<'_>) {
+        for control in decided.walkers {
+            let leads =
+                |state: &ActorState| state.kind == kind::WALKER && state.has(flag::AUTOPILOT);
+            if self.state(control.actor_id).is_some_and(leads) {
+                let velocity = Vec2::from(control.direction) * control.speed_mps;
+                // A walker that has fallen does not walk.
+                let _ =
+                    self.physics.set_velocity(control.actor_id, velocity.extend(0.0), Vec3::ZERO);
+            }
+        }
+        for control in decided.controls {
             let Some(state) = self.actors.get_mut(control.actor_id) else { continue };
             let drives = state.kind == kind::VEHICLE && state.has(flag::AUTOPILOT);
             if drives && control.check().is_ok() {
@@ -435,7 +462,7 @@ impl World {
                 let _ = self.steer(control);
             }
         }
-        for state in lights {
+        for state in decided.lights {
             let changes = |a: &ActorState| {
                 a.kind == kind::TRAFFIC_LIGHT && !a.has(flag::FROZEN) && a.phase != state.phase
             };

@@ -222,6 +222,19 @@ fn the_package_s_own_walkers_keep_to_sidewalks_and_crosswalks() {
 }
 
 #[test]
+fn the_package_s_own_walkers_cross_quiet_streets_by_the_cross_factor() {
+    let test = "the_package_s_own_walkers_cross_quiet_streets_by_the_cross_factor";
+    let Some(python) = python_or_skip(test) else { return };
+    let (sim, port) = with_carla_server(&["--map", "Greatmoor"]);
+    let output = play(&python, "walkers.py", port, &["120", "1"]);
+    let words = String::from_utf8_lossy(&output.stderr);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
+    assert!(!said.contains("none on a road"), "{said}{words}");
+    sim.end();
+}
+
+#[test]
 fn programs_of_carla_0_8_run_with_one_import_changed() {
     let Some(python) = python_or_skip("programs_of_carla_0_8_run_with_one_import_changed") else {
         return;

@@ -61,17 +61,44 @@ impl Judge {
     }
 }
 
-/// Spawns thirteen cars in traffic; a camera is on the roof of one.
+/// Spawns thirteen cars in traffic and ten walkers, two of them together; a camera is on the roof of a
+/// car.
 fn furnish(client: &mut Client) -> Result<SensorBundle, ClientError> {
     let places = client.spawn_points()?;
     let car = client.spawn(Spawn::new("vehicle.tesla.model3", places[0]).autopilot())?;
     for place in places.iter().skip(5).step_by(9).take(12) {
         client.spawn(Spawn::new("vehicle.audi.tt", *place).autopilot())?;
     }
+    client.set_traffic_param(ActorId::NONE, TrafficParam::CrossFactor(0.5))?;
+    let walkers = spawn_walkers(client, 10)?;
+    client.set_traffic_param(walkers[1], TrafficParam::WalksWith(walkers[0]))?;
     let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
     let outputs = output::DEPTH | output::INSTANCE;
     let eye = camera("c", roof, 64, 48, 1.5, outputs);
     client.create_bundle("judge", car, [eye], 2)
+}
+
+/// Spawns walkers on autopilot on the sidewalks.
+pub(crate) fn spawn_walkers(
+    client: &mut Client,
+    count: usize,
+) -> Result<Vec<ActorId>, ClientError> {
+    let map = client.map()?;
+    let places = map.waypoints(7.0, road::LaneTypes::only(road::LaneType::Sidewalk));
+    let mut walkers = Vec::new();
+    for at in places {
+        if walkers.len() < count {
+            let position = map.place(at).position.as_vec3() + Vec3::Z;
+            let place = Pose::new(position, Quat::IDENTITY);
+            let spawn = Spawn::new("walker.pedestrian.0001", place).autopilot();
+            match client.spawn(spawn) {
+                // Something stands there.
+                Err(ClientError::Refused { .. }) => {}
+                spawned => walkers.push(spawned?),
+            }
+        }
+    }
+    Ok(walkers)
 }
 
 /// The same run without deaths, made once and long enough for every test.

@@ -61,3 +61,4 @@ mod standstill;
 mod tidy;
 mod two;
 mod view;
+mod walkers;

@@ -384,10 +384,10 @@ fn a_file_that_is_not_a_recording_is_refused_in_one_line() {
     let middle = torn.len() / 2;
     torn[middle..middle + 40].fill(0xa5);
     refused("torn", &torn, &["damaged"]);
-    let form = find(&bytes, b"format_version\x01\x00\x00\x005").unwrap();
+    let form = find(&bytes, b"format_version\x01\x00\x00\x006").unwrap();
     let mut other = bytes.clone();
     other[form + 18] = b'9';
-    refused("other", &other, &["format version 9", "format version 5"]);
+    refused("other", &other, &["format version 9", "format version 6"]);
     let output = omnibus().args(["replay", "/no/such/file.mcap"]).output().unwrap();
     assert!(String::from_utf8_lossy(&output.stderr).contains("No such file"));
 }

@@ -56,6 +56,7 @@ fn play(client: &mut Client, look: Look) -> Run {
     while cars.len() < VEHICLES {
         next(client, &mut cars);
     }
+    crate::crash::spawn_walkers(client, 30).unwrap();
     let mut bundle = look.measuring.then(|| {
         let roof = Pose::new(Vec3::Z * 2.5, Quat::IDENTITY);
         let sensors = [

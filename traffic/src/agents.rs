@@ -41,6 +41,10 @@ pub(crate) struct Agents {
     pub(crate) row: Vec<u32>,
     /// For each row of the vehicle table: the index of its agent.
     pub(crate) driven: Vec<u32>,
+    /// The walkers on autopilot.
+    pub(crate) led: Vec<u32>,
+    /// All walkers by place.
+    pub(crate) foot_places: Neighbours,
     /// All agents by place.
     pub(crate) places: Neighbours,
     /// The wide agents by place.
@@ -85,11 +89,20 @@ impl Agents {
             if ours {
                 self.driven.push(self.row.len() as u32 - 1);
             }
+            const NOT_LED: u32 = flag::KINEMATIC | flag::FALLEN;
+            if actor.kind == kind::WALKER
+                && actor.has(flag::AUTOPILOT)
+                && actor.flags & NOT_LED == 0
+            {
+                self.led.push(self.row.len() as u32 - 1);
+            }
         }
         let at = |agent: usize| (agent as u32, self.position[agent].truncate());
         let all = 0..self.id.len();
         let wide = all.clone().filter(|&agent| self.body[agent].is_wide());
         self.wide_places.rebuild(wide.map(at));
+        let on_foot = all.clone().filter(|&agent| self.walks[agent]);
+        self.foot_places.rebuild(on_foot.map(at));
         self.places.rebuild(all.map(at));
         let reach_m = |body: &Body| body.front_m.max(body.rear_m).hypot(body.half_width_m);
         self.reach_max_m = self.body.iter().map(reach_m).fold(0.0, f32::max);
@@ -109,6 +122,7 @@ impl Agents {
         self.flags.clear();
         self.row.clear();
         self.driven.clear();
+        self.led.clear();
     }
 
     /// Returns the bits of everything that decides which stretches of tracks the agent occupies.

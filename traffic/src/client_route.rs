@@ -85,6 +85,22 @@ impl ClientRoutes {
         self.0.retain(|client_route| client_route.actor != actor);
     }
 
+    /// Returns the first place of the route of `actor`.
+    pub(crate) fn first_place(&self, actor: u32) -> Option<Vec3> {
+        let at = self.0.binary_search_by_key(&actor, |route| route.actor).ok()?;
+        self.0[at].steps.first().map(|step| Vec3::from_array(step.position_m))
+    }
+
+    /// Removes the first step of the route of `actor`.
+    pub(crate) fn pass_place(&mut self, actor: u32) {
+        if let Ok(at) = self.0.binary_search_by_key(&actor, |route| route.actor) {
+            self.0[at].steps.drain(..1);
+            if self.0[at].steps.is_empty() {
+                self.0.remove(at);
+            }
+        }
+    }
+
     /// Advances the plan to the vehicle's lane, or makes a new plan if there is none. The drawn
     /// route beyond that lane is dropped, except what a reservation covers.
     pub(crate) fn update(

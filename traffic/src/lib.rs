@@ -1,4 +1,4 @@
-//! The planner of traffic: vehicles on autopilot, and the signal plan of traffic lights.
+//! The planner of traffic: vehicles and walkers on autopilot, and the signal plan of traffic lights.
 //!
 //! It reads snapshot N and returns controls that act in N + 1. It uses no bus and no clock: the
 //! same map, seed and sequence of snapshots give the same bits.
@@ -54,6 +54,7 @@ mod recover;
 mod route;
 mod steer;
 mod vehicle_table;
+mod walkers;
 
 #[cfg(test)]
 mod tests;

@@ -1,13 +1,19 @@
 //! Everything that is derived from the map before the first frame.
 
+use std::sync::{Arc, OnceLock};
+
 use bake::{Cache, Key, Parts};
 use road::Network;
 use town::Detail;
+use walkable::Ground;
 
 use crate::{
     approach::Approaches, beside::Beside, body::Bodies, conflict::Conflicts, grid::Grid,
-    signals::SignalPlan, tracks::Tracks,
+    signals::SignalPlan, tracks::Tracks, walkers::WalkerGround,
 };
+
+/// Makes the walkable ground of a map.
+pub(crate) type GroundSource = Box<dyn Fn() -> Ground + Send + Sync>;
 
 /// The map as the planner reads it; constant during an episode.
 pub(crate) struct Map {
@@ -18,6 +24,8 @@ pub(crate) struct Map {
     pub(crate) approaches: Approaches,
     pub(crate) signals: SignalPlan,
     pub(crate) bodies: Bodies,
+    ground_source: GroundSource,
+    walker_ground: OnceLock<WalkerGround>,
 }
 
 /// Source code that determines what is kept in the cache. It is part of the key, so that what other
@@ -32,6 +40,23 @@ const CODE: &str = concat!(
     include_str!("tracks/lookup.rs"),
 );
 
+/// Returns what furnishes the town around a network for its walkable ground.
+pub(crate) fn furnished_ground(network: &Arc<Network>, seed: u64) -> GroundSource {
+    let network = Arc::clone(network);
+    Box::new(move || Ground::new(&network, &town::furnish(&network, seed)))
+}
+
+/// Returns what makes the walkable ground of a town that lies in the cache.
+pub(crate) fn cached_ground(
+    cache: &Cache,
+    network: &Arc<Network>,
+    open_drive: &str,
+    seed: u64,
+) -> GroundSource {
+    let (cache, network, open_drive) = (cache.clone(), Arc::clone(network), open_drive.to_owned());
+    Box::new(move || Ground::new(&network, &cache.ground_around(&network, &open_drive, seed)))
+}
+
 /// What takes long to derive.
 struct Lanes {
     tracks: Tracks,
@@ -41,13 +66,18 @@ struct Lanes {
 
 impl Map {
     /// Derives everything from a network.
-    pub(crate) fn new(network: &Network) -> Map {
-        Map::of(network, Lanes::new(network))
+    pub(crate) fn new(network: &Network, ground_source: GroundSource) -> Map {
+        Map::of(network, Lanes::new(network), ground_source)
     }
 
     /// As [`Map::new`], with what takes long from the cache if possible; otherwise it is kept.
     /// `open_drive` is the text of `network`.
-    pub(crate) fn cached(cache: &Cache, network: &Network, open_drive: &str) -> Map {
+    pub(crate) fn cached(
+        cache: &Cache,
+        network: &Network,
+        open_drive: &str,
+        ground_source: GroundSource,
+    ) -> Map {
         let key = Key::new("lanes", CODE, open_drive, 0, Detail::Standard);
         let found = cache.find(key).and_then(|mut parts| Lanes::take(&mut parts));
         let lanes = found.unwrap_or_else(|| {
@@ -57,10 +87,22 @@ impl Map {
             cache.keep(key, &parts.iter().map(|part| &**part).collect::<Vec<_>>());
             lanes
         });
-        Map::of(network, lanes)
+        Map::of(network, lanes, ground_source)
     }
 
-    fn of(network: &Network, Lanes { tracks, grid, conflicts }: Lanes) -> Map {
+    /// Returns the ground of walkers, which is made when the first one walks.
+    pub(crate) fn walker_ground(&self) -> &WalkerGround {
+        self.walker_ground.get_or_init(|| {
+            let ground = (self.ground_source)();
+            WalkerGround::new(&ground, &self.tracks, &self.grid, &self.approaches)
+        })
+    }
+
+    fn of(
+        network: &Network,
+        Lanes { tracks, grid, conflicts }: Lanes,
+        ground_source: GroundSource,
+    ) -> Map {
         let beside = Beside::new(network, &tracks);
         let approaches = Approaches::new(network, &tracks, &conflicts);
         let signals = SignalPlan::new(network, &tracks, &conflicts, &approaches);
@@ -72,6 +114,8 @@ impl Map {
             approaches,
             signals,
             bodies: Bodies::from_catalogue(),
+            ground_source,
+            walker_ground: OnceLock::new(),
         }
     }
 }
@@ -111,11 +155,15 @@ mod tests {
             let Map { tracks, grid, conflicts, .. } = map;
             [tracks.parts(), grid.parts(), conflicts.parts()].concat().concat()
         };
-        let built = Map::new(&network);
-        assert!(bytes(&Map::cached(&cache, &network, "a map")) == bytes(&built));
+        let built = Map::new(&network, Box::new(Ground::default));
+        assert!(
+            bytes(&Map::cached(&cache, &network, "a map", Box::new(Ground::default)))
+                == bytes(&built)
+        );
         let key = Key::new("lanes", CODE, "a map", 0, Detail::Standard);
         let lanes = cache.find(key).and_then(|mut parts| Lanes::take(&mut parts));
-        let kept = Map::of(&network, lanes.expect("they are in the cache"));
+        let kept =
+            Map::of(&network, lanes.expect("they are in the cache"), Box::new(Ground::default));
         assert!(bytes(&kept) == bytes(&built) && bytes(&built).len() > 100_000);
         std::fs::remove_dir_all(&folder).unwrap();
         for lane in 0..built.tracks.count() as u32 {

@@ -79,6 +79,26 @@ impl Params {
         mps.map(|mps| mps.clamp(0.0, 100.0))
     }
 
+    /// Returns the seed of the random decisions of walkers in a world with this seed.
+    pub(crate) fn walker_seed(&self, seed: u64) -> u64 {
+        self.find(0, param::WALKER_SEED).map_or(seed, |value| mixed(seed, value as u64))
+    }
+
+    /// Returns the speed that a client has set for this walker, metres per second.
+    pub(crate) fn walker_speed_mps(&self, id: u32) -> Option<f32> {
+        self.find(id, param::SPEED_MPS).map(|mps| mps.clamp(0.0, 10.0))
+    }
+
+    /// Returns the fraction of walkers that cross quiet streets away from crosswalks.
+    pub(crate) fn cross_factor(&self) -> f32 {
+        self.find(0, param::CROSS_FACTOR).unwrap_or(0.0)
+    }
+
+    /// Returns the walker with which this one goes.
+    pub(crate) fn walks_with(&self, id: u32) -> Option<u32> {
+        self.find(id, param::WALKS_WITH).filter(|with| *with >= 1.0).map(|with| with as u32)
+    }
+
     /// Returns the lateral offset from the centre of the lane, positive to the left, metres.
     pub(crate) fn offset_left_m(&self, id: u32) -> f32 {
         self.get(id, param::OFFSET_LEFT_M, 0.0).clamp(-5.0, 5.0)

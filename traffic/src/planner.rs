@@ -2,10 +2,6 @@
 
 use std::sync::Arc;
 
-use bake::Cache;
-use glam::Vec3;
-use protocol::{ActorId, ActorState, JournalEntry, LightState, VehicleControl, flag, kind, lamp};
-
 use crate::{
     agents::Agents,
     car_following::{self, SpeedPolicy},
@@ -15,7 +11,7 @@ use crate::{
     junction::{self, Junctions},
     lamps, lane_change,
     leader::{self, Leader},
-    map::Map,
+    map::{self, Map},
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
     passing, pedals,
@@ -24,6 +20,13 @@ use crate::{
     state::{PlannerState, RestoreError},
     vehicle_plan::{IntendedMotion, VehiclePlan},
     vehicle_table::VehicleTable,
+    walkers,
+};
+use bake::Cache;
+use glam::Vec3;
+use protocol::{
+    ActorId, ActorState, JournalEntry, LightState, TrafficParts, VehicleControl, WalkerControl,
+    flag, kind, lamp,
 };
 
 /// Plans for every vehicle on autopilot and every traffic light, one frame at a time.
@@ -35,6 +38,7 @@ pub struct Planner {
     seed: u64,
     pub(crate) state: PlannerState,
     controls: Vec<VehicleControl>,
+    walker_controls: Vec<WalkerControl>,
     lights: Vec<LightState>,
     scratch: Scratch,
     prop_waits: Vec<PropWait>,
@@ -60,18 +64,37 @@ struct Scratch {
     drivers: Drivers,
     ignore_lights: Vec<f32>,
     ignore_signs: Vec<f32>,
+    walkers: walkers::Scratch,
 }
 
 impl Planner {
-    /// Creates a planner for a map. `seed` decides all random turns.
+    /// Creates a planner for a map. `seed` decides all random turns, and what stands on the sidewalks:
+    /// the town is furnished when the first walker is on autopilot.
     pub fn new(network: Arc<road::Network>, seed: u64) -> Planner {
-        Planner::of(Arc::new(Map::new(&network)), seed)
+        Planner::of(Arc::new(Map::new(&network, map::furnished_ground(&network, seed))), seed)
     }
 
-    /// As [`Planner::new`], with what takes long to derive from the cache if possible; otherwise it is
-    /// kept. `open_drive` is the text of `network`.
-    pub fn cached(cache: &Cache, network: &road::Network, open_drive: &str, seed: u64) -> Planner {
-        Planner::of(Arc::new(Map::cached(cache, network, open_drive)), seed)
+    /// As [`Planner::new`], with the town from the cache if possible; otherwise it is kept. `open_drive`
+    /// is the text of `network`.
+    pub fn with_cached_town(
+        cache: &Cache,
+        network: Arc<road::Network>,
+        open_drive: &str,
+        seed: u64,
+    ) -> Planner {
+        let ground = map::cached_ground(cache, &network, open_drive, seed);
+        Planner::of(Arc::new(Map::new(&network, ground)), seed)
+    }
+
+    /// As [`Planner::with_cached_town`], with lanes from the cache too.
+    pub fn cached(
+        cache: &Cache,
+        network: &Arc<road::Network>,
+        open_drive: &str,
+        seed: u64,
+    ) -> Planner {
+        let ground = map::cached_ground(cache, network, open_drive, seed);
+        Planner::of(Arc::new(Map::cached(cache, network, open_drive, ground)), seed)
     }
 
     /// Returns a planner of the same map that has planned nothing, with another seed.
@@ -79,13 +102,14 @@ impl Planner {
         Planner::of(Arc::clone(&self.map), seed)
     }
 
-    fn of(map: Arc<Map>, seed: u64) -> Planner {
+    pub(crate) fn of(map: Arc<Map>, seed: u64) -> Planner {
         let clocks = vec![0; map.signals.cycles()];
         Planner {
             map,
             seed,
             state: PlannerState { clocks, ..PlannerState::default() },
             controls: Vec::new(),
+            walker_controls: Vec::new(),
             lights: Vec::new(),
             scratch: Scratch::default(),
             prop_waits: Vec::new(),
@@ -112,6 +136,7 @@ impl Planner {
         self.look_ahead();
         self.change_lanes(delta_nanos);
         self.drive(delta_nanos);
+        self.lead(delta_nanos);
         prop_waits::find(
             &self.state.vehicles,
             &self.map.tracks,
@@ -126,6 +151,22 @@ impl Planner {
     /// Returns the controls of every vehicle on autopilot, ascending by actor id.
     pub fn controls(&self) -> &[VehicleControl] {
         &self.controls
+    }
+
+    /// Returns the controls of every walker on autopilot, ascending by actor id.
+    pub fn walker_controls(&self) -> &[WalkerControl] {
+        &self.walker_controls
+    }
+
+    /// Returns everything that was decided in the last frame; `planner` is the result of
+    /// [`Planner::save`].
+    pub fn parts<'a>(&'a self, planner: &'a [u8]) -> TrafficParts<'a> {
+        TrafficParts {
+            controls: &self.controls,
+            walkers: &self.walker_controls,
+            lights: &self.lights,
+            planner,
+        }
     }
 
     /// Returns the motion that a control of [`Planner::controls`] means for a vehicle in `state`, as
@@ -182,6 +223,7 @@ impl Planner {
             PlannerState::read(bytes, self.map.tracks.count(), self.map.signals.cycles())?;
         (self.seed, self.state) = (seed, state);
         self.controls.clear();
+        self.walker_controls.clear();
         self.lights.clear();
         Ok(())
     }
@@ -248,6 +290,7 @@ impl Planner {
         let agents = &scratch.agents;
         scratch.driven_ids.extend(agents.driven.iter().map(|&agent| agents.id[agent as usize]));
         self.state.vehicles.retain(&scratch.driven_ids);
+        self.state.walkers.retain(agents.led.iter().map(|&agent| agents.id[agent as usize]));
         let params = &self.state.params;
         scratch.drivers.update(&scratch.driven_ids, draws, params.driver_spread());
         let drivers = scratch.drivers.rows();
@@ -289,6 +332,12 @@ impl Planner {
             ));
         }
         let map = &self.map;
+        scratch.walkers.clear();
+        if !scratch.agents.led.is_empty() {
+            let ground = map.walker_ground();
+            scratch.walkers.stand(ground, &scratch.agents);
+            scratch.walkers.claims(ground, &scratch.agents, &mut scratch.claims);
+        }
         scratch.occupancy.apply_ignores(&scratch.agents, &self.state.params, draws);
         let passed = passing::passed_props(vehicles, &map.tracks, &scratch.agents);
         scratch.occupancy.ignore(&passed);
@@ -411,6 +460,31 @@ impl Planner {
         lane_change::plan(vehicles, params, client_routes, &view);
     }
 
+    /// Plans for the walkers.
+    fn lead(&mut self, delta_nanos: u64) {
+        self.walker_controls.clear();
+        if self.scratch.agents.led.is_empty() {
+            return;
+        }
+        let seed = self.state.params.walker_seed(self.seed);
+        let scratch = &mut self.scratch;
+        let PlannerState { walkers, client_routes, vehicles, params, clocks, .. } = &mut self.state;
+        let view = walkers::View {
+            map: &self.map,
+            ground: self.map.walker_ground(),
+            agents: &scratch.agents,
+            occupancy: &scratch.occupancy,
+            vehicles,
+            params,
+            light_states: &scratch.light_states,
+            clocks,
+            seed,
+            delta_s: seconds(delta_nanos),
+        };
+        let memory = &mut scratch.walkers;
+        walkers::plan(walkers, client_routes, memory, &view, &mut self.walker_controls);
+    }
+
     /// Turns the decisions into controls.
     fn drive(&mut self, delta_nanos: u64) {
         let seed = self.random_seed();
@@ -466,6 +540,9 @@ impl Planner {
             &scratch.occupancy,
             &scratch.junctions,
         );
+        if !scratch.agents.led.is_empty() {
+            scratch.walkers.call(&self.map, &mut scratch.demand);
+        }
         self.map.signals.advance(&mut self.state.clocks, &scratch.demand, delta_nanos);
         self.lights.clear();
         for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {

@@ -25,6 +25,14 @@ pub(crate) enum Purpose {
     Driver = 7,
     /// The error of an estimated gap.
     GapError = 8,
+    /// Where a walker goes.
+    WalkerGoal = 9,
+    /// How fast a walker is.
+    WalkerPace = 10,
+    /// On which side a walker walks.
+    WalkerSide = 11,
+    /// Whether a walker crosses streets away from crosswalks.
+    WalkerCrosses = 12,
 }
 
 /// Returns the `count`-th draw of a stream, uniform over all of u64.

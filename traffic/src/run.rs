@@ -41,8 +41,8 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
     let done = participant.words().ack();
     let blank = planner.save();
     while let Some(own) = ports.resume.receive()? {
-        if let Some((_, _, saved)) = own.header().parts(own.payload()) {
-            planner.restore(saved)?;
+        if let Some(parts) = own.header().parts(own.payload()) {
+            planner.restore(parts.planner)?;
         }
     }
     let mut stage = TrafficStage {
@@ -66,10 +66,12 @@ pub fn run(instance: &Instance, slot: usize, in_process: bool) -> Result<(), Tra
 
 /// Creates a planner for the map of an episode.
 fn new_planner(episode: &Episode) -> Result<Planner, TrafficError> {
-    let network = bake::Cache::from_environment()
+    let cache = bake::Cache::from_environment();
+    let network = cache
         .network(&episode.map, &episode.open_drive)
         .map_err(|e| TrafficError::Map(e.to_string()))?;
-    Ok(Planner::new(Arc::new(network), episode.seed))
+    let Episode { open_drive, seed, .. } = episode;
+    Ok(Planner::with_cached_town(&cache, Arc::new(network), open_drive, *seed))
 }
 
 /// Returns whether the command of an entry may be applied once only.
@@ -155,21 +157,16 @@ impl TrafficStage {
         }
         self.saved.clear();
         self.planner.save_into(&mut self.saved);
+        let parts = self.planner.parts(&self.saved);
         let decided = TrafficHeader {
             stamp: header.stamp,
-            control_count: self.planner.controls().len() as u32,
-            light_count: self.planner.lights().len() as u32,
-            planner_len: self.saved.len() as u64,
             begin_nanos,
             end_nanos: clock::now_nanos(),
+            ..TrafficHeader::default()
         };
+        let decided = decided.counting(&parts);
         let mut loan = self.ports.decided.loan(decided.layout().blocks)?;
-        decided.fill(
-            loan.payload_mut(),
-            self.planner.controls(),
-            self.planner.lights(),
-            &self.saved,
-        );
+        decided.fill(loan.payload_mut(), &parts);
         fault::point(Role::Traffic, "loan_held", frame, self.first);
         loan.send(decided)?;
         fault::point(Role::Traffic, "sent", frame, self.first);
@@ -218,7 +215,7 @@ impl TrafficStage {
         journal.drain(..=last);
         while let Some(own) = self.ports.resume.receive()? {
             match own.header().parts(own.payload()) {
-                Some((_, _, saved)) if !saved.is_empty() => self.planner.restore(saved)?,
+                Some(parts) if !parts.planner.is_empty() => self.planner.restore(parts.planner)?,
                 _ => self.planner.restore(&self.blank)?,
             }
         }

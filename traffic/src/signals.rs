@@ -124,6 +124,28 @@ impl SignalPlan {
         self.slot.get(signal as usize).copied().filter(|slot| slot.0 != NONE)
     }
 
+    /// Returns the number of phases of a cycle.
+    pub(crate) fn phases(&self, cycle: u32) -> u32 {
+        self.phases[cycle as usize]
+    }
+
+    /// Returns for how long a signal that shows red stays red at least, in seconds: without limit if
+    /// it has no cycle.
+    pub(crate) fn red_left_s(&self, signal: u32, clocks: &[u64]) -> f32 {
+        let Some((cycle, phase)) = self.slot(signal) else { return f32::INFINITY };
+        let clock = clocks[cycle as usize];
+        let (now, into) = (clock / PHASE_NANOS, clock % PHASE_NANOS);
+        let nanos = if now == u64::from(phase) {
+            // Its own phase ends, and may be the next one again.
+            PHASE_NANOS - into
+        } else if into < GREEN_NANOS {
+            GREEN_MIN_NANOS.saturating_sub(into) + YELLOW_NANOS + RED_NANOS
+        } else {
+            PHASE_NANOS - into
+        };
+        (nanos as f64 * 1e-9) as f32
+    }
+
     /// Advances the clocks of all cycles.
     pub(crate) fn advance(&self, clocks: &mut [u64], demand: &Demand, delta_nanos: u64) {
         for (cycle, clock) in clocks.iter_mut().enumerate() {

@@ -5,11 +5,13 @@
 use bytemuck::{Pod, Zeroable};
 use protocol::{Command, RawCommand, Weather, status};
 
-use crate::{client_route::ClientRoutes, params::Params, vehicle_table::VehicleTable};
+use crate::{
+    client_route::ClientRoutes, params::Params, vehicle_table::VehicleTable, walkers::WalkerTable,
+};
 
 /// Magic number of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// Why bytes cannot be restored on this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -49,6 +51,7 @@ pub(crate) struct PlannerState {
     pub(crate) vehicles: VehicleTable,
     pub(crate) client_routes: ClientRoutes,
     pub(crate) weather: Weather,
+    pub(crate) walkers: WalkerTable,
 }
 
 #[derive(Clone, Copy, Pod, Zeroable)]
@@ -64,7 +67,8 @@ struct Head {
     params: u32,
     vehicles: u32,
     weather: Weather,
-    reserved: u32,
+    walkers: u32,
+    walker_bytes: u64,
 }
 
 impl PlannerState {
@@ -76,7 +80,12 @@ impl PlannerState {
         match command.decode() {
             Some(Command::TrafficParam(param)) => self.params.set(param),
             Some(Command::SetWeather(weather)) => self.weather = weather,
-            Some(Command::RouteCommand(route)) => self.client_routes.apply(&route),
+            Some(Command::RouteCommand(route)) => {
+                self.client_routes.apply(&route);
+                if route.replace != 0 {
+                    self.walkers.drop_way(route.actor_id.0);
+                }
+            }
             Some(Command::Destroy(actor)) if actor.0 != 0 => {
                 self.params.remove_actor(actor);
                 self.client_routes.remove(actor.0);
@@ -100,13 +109,15 @@ impl PlannerState {
             params: self.params.all().len() as u32,
             vehicles: self.vehicles.id.len() as u32,
             weather: self.weather,
-            reserved: 0,
+            walkers: self.walkers.count() as u32,
+            walker_bytes: self.walkers.byte_count() as u64,
         };
         bytes.extend_from_slice(bytemuck::bytes_of(&head));
         bytes.extend_from_slice(bytemuck::cast_slice(&self.clocks));
         bytes.extend_from_slice(bytemuck::cast_slice(self.params.all()));
         self.vehicles.write(bytes);
         bytes.extend_from_slice(&client_routes);
+        self.walkers.write(bytes);
     }
 
     /// Reads a state and the seed that it was written with.
@@ -143,13 +154,16 @@ impl PlannerState {
         let (clock_bytes, param_bytes) =
             (8 * clocks, head.params as usize * size_of::<protocol::TrafficParam>());
         let row_bytes = head.vehicles as usize * VehicleTable::ROW_BYTES;
-        let expected = clock_bytes + param_bytes + row_bytes + head.client_route_bytes as usize;
+        let walker_bytes = usize::try_from(head.walker_bytes).unwrap_or(usize::MAX);
+        let expected = (clock_bytes + param_bytes + row_bytes + head.client_route_bytes as usize)
+            .saturating_add(walker_bytes);
         if body.len() != expected {
             return Err(shape("its length contradicts its header"));
         }
         let (clock_part, rest) = body.split_at(clock_bytes);
         let (param_part, rest) = rest.split_at(param_bytes);
-        let (row_part, client_route_part) = rest.split_at(row_bytes);
+        let (row_part, rest) = rest.split_at(row_bytes);
+        let (client_route_part, walker_part) = rest.split_at(head.client_route_bytes as usize);
         let state = PlannerState {
             reservations: head.reservations,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
@@ -158,6 +172,8 @@ impl PlannerState {
             weather: head.weather,
             client_routes: ClientRoutes::read(client_route_part, lanes)
                 .ok_or_else(|| shape("a client route is malformed or leaves the map"))?,
+            walkers: WalkerTable::read(head.walkers as usize, walker_part)
+                .ok_or_else(|| shape("the way of a walker is malformed"))?,
         };
         if !state.vehicles.is_sound(lanes) {
             return Err(shape("a route leaves the map"));

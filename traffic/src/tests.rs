@@ -10,3 +10,4 @@ pub(crate) mod maps;
 mod params;
 mod passing;
 mod restart;
+mod walkers;

@@ -1,4 +1,4 @@
-//! Traffic: vehicles on autopilot and traffic lights.
+//! Traffic: vehicles and walkers on autopilot, and traffic lights.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -44,12 +44,14 @@ fn named(name: &str, value: f32) -> PyResult<TrafficParam> {
         "ignore_walkers" => TrafficParam::IgnoreWalkers(value),
         "driver_spread" => TrafficParam::DriverSpread(value),
         "automatic_lights" => TrafficParam::AutomaticLights(value != 0.0),
+        "cross_factor" => TrafficParam::CrossFactor(value),
+        "walks_with" => TrafficParam::WalksWith(ActorId(value as u32)),
         other => {
             return Err(PyValueError::new_err(format!(
                 "unknown traffic parameter {other:?}; use speed_reduction, speed_mps, gap_m, \
                  offset_left_m, changes_lanes, keep_right, change_left, change_right, \
-                 ignore_lights, ignore_signs, ignore_vehicles, ignore_walkers, driver_spread or \
-                 automatic_lights"
+                 ignore_lights, ignore_signs, ignore_vehicles, ignore_walkers, driver_spread, \
+                 automatic_lights, cross_factor or walks_with"
             )));
         }
     })
@@ -63,7 +65,7 @@ impl Traffic {
         self.core.request(py, "set_autopilot", command).map(drop)
     }
 
-    /// Sets parameters of one vehicle on autopilot, or of all that were told nothing themselves.
+    /// Sets parameters of one vehicle or walker on autopilot, or of all that were told nothing themselves.
     #[pyo3(signature = (actor_id=None, **params))]
     fn set(
         &self,
@@ -96,6 +98,10 @@ impl Traffic {
 
     fn set_seed(&self, py: Python<'_>, seed: u32) -> PyResult<()> {
         self.param(py, None, TrafficParam::Seed(seed))
+    }
+
+    fn set_walker_seed(&self, py: Python<'_>, seed: u32) -> PyResult<()> {
+        self.param(py, None, TrafficParam::WalkerSeed(seed))
     }
 
     fn set_route(&self, py: Python<'_>, actor_id: u32, steps: Vec<Step>) -> PyResult<()> {

@@ -148,7 +148,6 @@ class CarlaClient:
         if self._player is None:
             raise TCPConnectionError("call start_episode before read_data")
         snapshot = self._step()
-        self._crowd.walk()
         self._frame += 1
         others = self._crowd.others(snapshot)
         player = self._player.measure(snapshot)

@@ -13,18 +13,14 @@ COLOURS = {
     carla.TrafficLightState.Red: measurements.TrafficLight.RED,
 }
 
-# Frames between two updates of the direction of a sidewalk.
-STEPS_OF_A_WALKER = 10
-
 
 class Crowd:
     """The vehicles and pedestrians of an episode, which the seeds determine."""
 
     def __init__(self, client, world, road_map, settings, spots, taken, manager_port):
         self._client, self._world, self._map = client, world, road_map
-        self._frames = 0
         self._vehicles = self._spawn_vehicles(settings, spots, taken, manager_port)
-        self._walkers = self._spawn_walkers(settings, spots)
+        self._walkers = self._spawn_walkers(settings, spots, manager_port)
         self._known = {}
         self._boxes = {}
 
@@ -51,11 +47,12 @@ class Crowd:
                     carla.command.FutureActor, True, manager.get_port())))
         return self._spawned(commands, "vehicles")
 
-    def _spawn_walkers(self, settings, spots):
+    def _spawn_walkers(self, settings, spots, manager_port):
         if settings.NumberOfPedestrians < 1:
             return []
         chance = random.Random(settings.SeedPedestrians)
         blueprints = list(self._world.get_blueprint_library().filter("walker.pedestrian.*"))
+        manager = self._client.get_trafficmanager(manager_port)
         commands = []
         for _ in range(20 * settings.NumberOfPedestrians):
             if len(commands) == settings.NumberOfPedestrians:
@@ -68,7 +65,9 @@ class Crowd:
                     on[0].transform.location + carla.Location(z=1.0), on[0].transform.rotation)
                 blueprint = chance.choice(blueprints)
                 blueprint.set_attribute("role_name", "carla08")
-                commands.append(carla.command.SpawnActor(blueprint, place))
+                commands.append(carla.command.SpawnActor(blueprint, place).then(
+                    carla.command.SetAutopilot(
+                        carla.command.FutureActor, True, manager.get_port())))
         return self._spawned(commands, "pedestrians")
 
     def _spawned(self, commands, what):
@@ -77,29 +76,6 @@ class Crowd:
         if len(found) < len(commands):
             logging.info("%d of %d %s found a place", len(found), len(commands), what)
         return found
-
-    def walk(self):
-        """Lets the pedestrians follow their sidewalks."""
-        self._frames += 1
-        if not self._walkers or self._frames % STEPS_OF_A_WALKER != 1:
-            return
-        snapshot = self._world.get_snapshot()
-        commands = []
-        for ident in self._walkers:
-            state = snapshot.find(ident)
-            if state is None:
-                continue
-            at = state.get_transform().location
-            lane = self._map.get_waypoint(at, lane_type=carla.LaneType.Sidewalk)
-            on = lane.next(3.0) if lane is not None else []
-            if on:
-                way = on[0].transform.location - at
-                way.z = 0.0
-                if way.length() > 0.1:
-                    speed = 1.0 + 0.1 * (ident % 6)
-                    commands.append(carla.command.ApplyWalkerControl(
-                        ident, carla.WalkerControl(way.make_unit_vector(), speed, False)))
-        self._client.apply_batch(commands)
 
     def others(self, snapshot):
         """Returns the poses and speeds of the vehicles and pedestrians, for the autopilot."""

@@ -77,7 +77,7 @@ impl Simulation {
     /// `solids` is the town without its mesh.
     pub(crate) fn cached(
         cache: &Cache,
-        network: &Network,
+        network: &Arc<Network>,
         solids: &Town,
         episode: &Episode,
     ) -> Simulation {
@@ -160,11 +160,8 @@ impl Simulation {
 
     /// Advances by one frame.
     pub fn step(&mut self) -> Outputs {
-        let decision = self.decided.map(|hash| Decision {
-            controls: self.planner.controls(),
-            lights: self.planner.lights(),
-            hash,
-        });
+        let parts = self.planner.parts(&[]);
+        let decision = self.decided.map(|hash| Decision { parts, hash });
         if decision.is_some() {
             drive_kinematic(&mut self.sim, &self.planner);
         }
@@ -193,15 +190,11 @@ impl Simulation {
     fn hash_of_decision(&mut self) -> u64 {
         let Simulation { planner, saved, blocks, .. } = self;
         planner.save_into(saved);
-        let header = TrafficHeader {
-            control_count: planner.controls().len() as u32,
-            light_count: planner.lights().len() as u32,
-            planner_len: saved.len() as u64,
-            ..TrafficHeader::default()
-        };
+        let parts = planner.parts(saved);
+        let header = TrafficHeader::default().counting(&parts);
         blocks.clear();
         blocks.resize(header.layout().blocks, Block::zeroed());
-        header.fill(blocks, planner.controls(), planner.lights(), saved);
+        header.fill(blocks, &parts);
         decision_hash(bytemuck::cast_slice(blocks))
     }
 }

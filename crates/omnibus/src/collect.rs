@@ -67,7 +67,7 @@ pub(crate) use job::Job;
 pub(crate) use options::Options;
 pub(crate) use plan::{TrafficEntry, template};
 pub(crate) use progress::{Progress, print_json};
-pub(crate) use road_users::{CORRECTION_FRAMES, Cast, RoadUsers};
+pub(crate) use road_users::{Cast, RoadUsers};
 pub(crate) use run::collect;
 pub(crate) use scenes::{collect_scenes, prepare};
 pub(crate) use sensors::{CAMERA_OUTPUTS, default_sensors};

@@ -4,10 +4,10 @@ use std::thread::JoinHandle;
 
 use anyhow::{Context, ensure};
 use bus::Instance;
-use client_lib::{Client, ClientError};
+use client_lib::{ActorId, Client, TrafficParam};
 use protocol::{Command, Weather};
 
-use crate::collect::{CORRECTION_FRAMES, RoadUsers, TrafficEntry, WeatherEntry, sun_rad};
+use crate::collect::{RoadUsers, TrafficEntry, WeatherEntry, sun_rad};
 
 /// Arguments of `omnibus run` for the new world.
 #[derive(Clone, Debug, clap::Args)]
@@ -15,9 +15,12 @@ pub(crate) struct PopulationArgs {
     /// Vehicles that traffic drives
     #[arg(long, default_value_t = 0)]
     vehicles: u32,
-    /// Pedestrians on the sidewalks
+    /// Pedestrians that traffic leads over sidewalks and crosswalks
     #[arg(long, default_value_t = 0)]
     walkers: u32,
+    /// Fraction of pedestrians that cross quiet streets away from crosswalks, 0 to 1
+    #[arg(long, value_name = "FRACTION", default_value_t = 0.0)]
+    cross_factor: f32,
     /// By how much drivers of --vehicles differ: 0 not at all, 1 as in the field, at most 3
     #[arg(long, value_name = "SPREAD", default_value_t = 1.0)]
     driver_spread: f32,
@@ -42,8 +45,8 @@ impl PopulationArgs {
         Ok(weather)
     }
 
-    /// Puts everything into the world of a host that is about to run, by a client in a thread of its own
-    /// that leads the pedestrians from then on. `None` if there is nothing to put.
+    /// Puts everything into the world of a host that is about to run, by a client in a thread of its own.
+    /// `None` if there is nothing to put.
     pub(crate) fn start(
         &self,
         instance: &Instance,
@@ -53,6 +56,8 @@ impl PopulationArgs {
     ) -> anyhow::Result<Option<JoinHandle<()>>> {
         let spread = self.driver_spread;
         ensure!((0.0..=3.0).contains(&spread), "--driver-spread is {spread}; use 0 to 3");
+        let factor = self.cross_factor;
+        ensure!((0.0..=1.0).contains(&factor), "--cross-factor is {factor}; use 0 to 1");
         if weather.is_none() && self.vehicles == 0 && self.walkers == 0 {
             return Ok(None);
         }
@@ -88,6 +93,10 @@ impl PopulationArgs {
             driver_spread: self.driver_spread,
             ..TrafficEntry::default()
         };
+        if self.cross_factor > 0.0 {
+            let factor = TrafficParam::CrossFactor(self.cross_factor);
+            client.set_traffic_param(ActorId::NONE, factor)?;
+        }
         let users = RoadUsers::anywhere(&mut client, seed, traffic)?;
         let [vehicles, walkers] = users.counts();
         if self.vehicles + self.walkers > 0 {
@@ -100,25 +109,6 @@ impl PopulationArgs {
                 self.walkers
             );
         }
-        if walkers == 0 {
-            return Ok(());
-        }
-        let mut due = client.frame();
-        loop {
-            match client.await_frame() {
-                Ok(frame) if frame >= due => {
-                    due.0 = frame.0 + CORRECTION_FRAMES;
-                    let commands = users.lead(&client);
-                    if !commands.is_empty() {
-                        client.send(&commands)?;
-                    }
-                }
-                Ok(_) => {}
-                // In synchronous mode there may be no tick for a long time.
-                Err(ClientError::Timeout { .. }) => {}
-                Err(ClientError::HostEnded { .. }) => return Ok(()),
-                Err(why) => return Err(why.into()),
-            }
-        }
+        Ok(())
     }
 }

@@ -9,7 +9,7 @@ use bake::Cache;
 use bus::clock;
 use protocol::{
     ActorState, Block, Command, CommandGroup, Frame, JournalEntry, LightState, Stamp,
-    TrafficHeader, VehicleControl, status,
+    TrafficHeader, TrafficParts, VehicleControl, WalkerControl, status,
 };
 use sim_host::{Inputs, NoServices, Request, SavedState, Services, Sim, decision_hash, map_sum};
 use traffic::Planner;
@@ -140,6 +140,7 @@ fn is_load(moment: &RecordedFrame) -> bool {
 struct Decided {
     frame: Frame,
     controls: Vec<VehicleControl>,
+    walkers: Vec<WalkerControl>,
     lights: Vec<LightState>,
     hash: u64,
 }
@@ -192,9 +193,10 @@ impl Resimulation {
     fn new(episode: &protocol::Episode) -> anyhow::Result<Resimulation> {
         let cache = Cache::from_environment();
         let network = cache.network(&episode.map, &episode.open_drive)?;
+        let network = Arc::new(network);
         let town = cache.town_around(&network, &episode.open_drive, episode.seed);
         let sim = Sim::new(&town, episode.seed);
-        let planner = Planner::new(Arc::new(network), episode.seed);
+        let planner = Planner::with_cached_town(&cache, network, &episode.open_drive, episode.seed);
         let blank = planner.save();
         let map = map_sum(episode);
         Ok(Resimulation {
@@ -244,8 +246,9 @@ impl Resimulation {
         if self.decided.hash != moment.decision.hash {
             return Ok(Some(format!("what traffic decided on {}", self.decided.frame)));
         }
-        let Decided { controls, lights, hash, .. } = &self.decided;
-        let decision = sim_host::Decision { controls, lights, hash: *hash };
+        let Decided { controls, walkers, lights, hash, .. } = &self.decided;
+        let parts = TrafficParts { controls, walkers, lights, planner: &[] };
+        let decision = sim_host::Decision { parts, hash: *hash };
         let requests = requests(&late);
         let inputs = Inputs { decision: Some(decision), requests: &requests };
         let mut services = TimedServices::default();
@@ -286,15 +289,16 @@ impl Resimulation {
         with_planner: bool,
     ) -> anyhow::Result<()> {
         let blocks = bytemuck::pod_collect_to_vec::<u8, Block>(payload);
-        let (controls, lights, planner) = header.parts(&blocks).context("a decision is cut off")?;
+        let parts = header.parts(&blocks).context("a decision is cut off")?;
         self.decided = Decided {
             frame: header.stamp.frame,
-            controls: controls.to_vec(),
-            lights: lights.to_vec(),
+            controls: parts.controls.to_vec(),
+            walkers: parts.walkers.to_vec(),
+            lights: parts.lights.to_vec(),
             hash: decision_hash(payload),
         };
         if with_planner {
-            self.planner.restore(planner)?;
+            self.planner.restore(parts.planner)?;
         }
         while self.waiting.front().is_some_and(|seen| seen.stamp.frame <= header.stamp.frame) {
             self.waiting.pop_front();
@@ -318,19 +322,14 @@ impl Resimulation {
         let begin_nanos = clock::now_nanos();
         self.planner.plan(seen.delta_nanos, &seen.actors, &journal);
         let planned_nanos = clock::now_nanos();
-        let (controls, lights, planner) =
-            (self.planner.controls(), self.planner.lights(), self.planner.save());
+        let planner = self.planner.save();
         let saved_nanos = clock::now_nanos();
         self.nanos.plan = Some((planned_nanos - begin_nanos, saved_nanos - planned_nanos));
-        let header = TrafficHeader {
-            stamp: seen.stamp,
-            control_count: controls.len() as u32,
-            light_count: lights.len() as u32,
-            planner_len: planner.len() as u64,
-            ..TrafficHeader::default()
-        };
+        let parts = self.planner.parts(&planner);
+        let header = TrafficHeader { stamp: seen.stamp, ..TrafficHeader::default() };
+        let header = header.counting(&parts);
         let mut blocks = vec![Block([0; 64]); header.layout().blocks];
-        header.fill(&mut blocks, controls, lights, &planner);
+        header.fill(&mut blocks, &parts);
         self.take(&header, bytemuck::cast_slice(&blocks), false)
     }
 }

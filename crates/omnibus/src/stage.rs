@@ -12,8 +12,8 @@ use anyhow::{Context, anyhow};
 use bake::Cache;
 use bus::clock;
 use protocol::{
-    ActorState, Episode, Frame, LightState, Name, Settings, Spawn, Stamp, VehicleControl, Weather,
-    WorldCommand, flag, layout,
+    ActorState, Episode, Frame, Name, Settings, Spawn, Stamp, TrafficParts, VehicleControl,
+    Weather, WorldCommand, flag, layout,
 };
 use sensor_render::{BundleJob, Scene, Tracer, pose_planes};
 use sim_host::{Decision, Inputs, NoServices, Services, Sim};
@@ -178,8 +178,7 @@ impl Captured {
         anyhow::ensure!(!captured.vehicles.is_empty(), "no vehicle finds a place on this map");
         let mut planner = Planner::new(Arc::clone(&captured.network), seed);
         for _ in 0..args.warmup + args.frames() {
-            let (controls, lights) = (planner.controls(), planner.lights());
-            step(&mut sim, controls, lights, &mut NoServices::default())?;
+            step(&mut sim, planner.parts(&[]), &mut NoServices::default())?;
             let actors = sim.states().to_vec();
             planner.plan(captured.settings.delta_nanos, &actors, &[]);
             captured.controls.push(planner.controls().to_vec());
@@ -208,7 +207,8 @@ impl Captured {
         let mut controls: &[VehicleControl] = &[];
         for (index, next) in self.controls.iter().enumerate() {
             let mut stopwatch = Stopwatch::default();
-            step(&mut sim, controls, &[], &mut stopwatch)?;
+            let parts = TrafficParts { controls, ..TrafficParts::default() };
+            step(&mut sim, parts, &mut stopwatch)?;
             if index >= self.warmup {
                 nanos.push(stopwatch.nanos);
             }
@@ -295,11 +295,10 @@ impl Services for Stopwatch {
 /// Advances the simulation core by one frame.
 fn step<S: Services>(
     sim: &mut Sim,
-    controls: &[VehicleControl],
-    lights: &[LightState],
+    parts: TrafficParts<'_>,
     services: &mut S,
 ) -> Result<(), S::Error> {
-    let decision = Some(Decision { controls, lights, hash: 0 });
+    let decision = Some(Decision { parts, hash: 0 });
     sim.step(&Inputs { decision, requests: &[] }, services).map(drop)
 }
 

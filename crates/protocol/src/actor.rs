@@ -97,7 +97,7 @@ pub mod kind {
 
 /// Bits of [`ActorState::flags`].
 pub mod flag {
-    /// Traffic drives it.
+    /// Traffic drives a vehicle, or leads a walker.
     pub const AUTOPILOT: u32 = 1 << 0;
     /// Commands alone move it; physics does not.
     pub const KINEMATIC: u32 = 1 << 1;

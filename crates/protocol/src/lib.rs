@@ -103,7 +103,7 @@ pub use stamp::{Frame, Stamp};
 pub use standing_state::StandingState;
 pub use street::{SetStreetLights, street_light};
 pub use street_lights::{StreetLightState, StreetLights};
-pub use traffic::{LightState, TrafficHeader, TrafficLayout};
+pub use traffic::{LightState, TrafficHeader, TrafficLayout, TrafficParts, WalkerControl};
 pub use traffic_param::{TrafficParam, param};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,

@@ -1,4 +1,4 @@
-//! Routes that clients give vehicles on autopilot.
+//! Routes that clients give vehicles and walkers on autopilot.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -13,7 +13,7 @@ pub const ROUTE_STEPS: usize = 11;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct RouteCommand {
-    /// The vehicle.
+    /// The vehicle, or a walker, whose steps are places only.
     pub actor_id: ActorId,
     /// 1: replaces the earlier route; 0: continues it.
     pub replace: u32,

@@ -1,4 +1,4 @@
-//! Parameters of vehicles on autopilot.
+//! Parameters of vehicles and walkers on autopilot.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -8,7 +8,7 @@ use crate::ActorId;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub struct TrafficParam {
-    /// The vehicle; [`ActorId::NONE`]: every vehicle.
+    /// The vehicle or walker; [`ActorId::NONE`]: every one.
     pub actor_id: ActorId,
     /// One of [`param`].
     pub param: u32,
@@ -25,7 +25,8 @@ pub mod param {
     /// Fraction of red lights that are ignored.
     pub const IGNORE_LIGHTS: u32 = 3;
     /// Desired speed in metres per second, independent of the limit but reduced in curves. The later
-    /// of this and [`SPEED_REDUCTION`] holds.
+    /// of this and [`SPEED_REDUCTION`] holds. Of a walker: the highest speed at which it walks; the
+    /// value for every vehicle does not concern walkers.
     pub const SPEED_MPS: u32 = 4;
     /// Lateral offset from the centre of the lane, metres, positive to the left.
     pub const OFFSET_LEFT_M: u32 = 5;
@@ -55,6 +56,13 @@ pub mod param {
     pub const LAMPS: u32 = 15;
     /// For every vehicle: by how much drivers differ. 0: not at all; 1, the default: as in the field.
     pub const DRIVER_SPREAD: u32 = 16;
+    /// Fraction of walkers that cross quiet streets away from crosswalks, drawn once for each.
+    pub const CROSS_FACTOR: u32 = 17;
+    /// For every walker: the random streams of walkers restart from this integer, 0 to 2^24, and the
+    /// seed of the world.
+    pub const WALKER_SEED: u32 = 18;
+    /// Of a walker: the id of the walker with which it goes, 0 for none.
+    pub const WALKS_WITH: u32 = 19;
     /// Plus the id of an actor: 1 ignores that actor, 0 does not, whatever the fractions say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 

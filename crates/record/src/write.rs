@@ -24,7 +24,7 @@ use crate::{
 };
 
 /// The version of the format. Changes whenever the meaning of the bytes does.
-pub(crate) const FORMAT_VERSION: u32 = 5;
+pub(crate) const FORMAT_VERSION: u32 = 6;
 /// The channels of the file, by id.
 pub(crate) mod topic {
     pub(crate) const FRAMES: u16 = 1;

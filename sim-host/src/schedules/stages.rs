@@ -8,7 +8,7 @@ use bus::{
 };
 use protocol::{
     BundleHeader, BundleId, Command, Frame, JournalEntry, Name, Page, SnapshotHeader,
-    TrafficHeader, param, status,
+    TrafficHeader, TrafficParts, param, status,
 };
 
 use super::{
@@ -51,8 +51,8 @@ impl Traffic<'_> {
         let done = participant.words().ack();
         let mut planner = PlannerState::default();
         while let Some(own) = ports.resume.receive()? {
-            if let Some((_, _, saved)) = own.header().parts(own.payload()) {
-                planner = bytemuck::pod_read_unaligned(saved);
+            if let Some(parts) = own.header().parts(own.payload()) {
+                planner = bytemuck::pod_read_unaligned(parts.planner);
             }
         }
         let (joined_at, known) = (done, done);
@@ -92,11 +92,11 @@ impl Traffic<'_> {
         }
         journal.iter().for_each(|(_, entry)| self.planner.apply(entry));
         let planner = bytemuck::bytes_of(&self.planner);
-        let planner_len = planner.len() as u64;
+        let parts = TrafficParts { planner, ..TrafficParts::default() };
         let decided =
-            TrafficHeader { stamp: header.stamp, planner_len, ..TrafficHeader::default() };
+            TrafficHeader { stamp: header.stamp, ..TrafficHeader::default() }.counting(&parts);
         let mut loan = self.ports.decided.loan(decided.layout().blocks)?;
-        decided.fill(loan.payload_mut(), &[], &[], planner);
+        decided.fill(loan.payload_mut(), &parts);
         loan.send(decided)?;
         self.done = frame;
         self.participant.arrive(frame);

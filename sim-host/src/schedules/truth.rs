@@ -134,7 +134,7 @@ impl Truth {
         while let Some(decision) = self.decisions.as_ref().and_then(|d| d.receive().unwrap()) {
             let header = decision.header();
             let frame = header.stamp.frame;
-            let (_, _, planner) = header.parts(decision.payload()).unwrap();
+            let planner = header.parts(decision.payload()).unwrap().planner;
             assert_eq!(
                 bytemuck::pod_read_unaligned::<PlannerState>(planner),
                 self.published[frame.0 as usize].planner,

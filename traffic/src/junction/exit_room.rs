@@ -154,7 +154,7 @@ mod tests {
     /// take the room there, which suffices for one of them.
     fn has_room(wait_s: [f32; 2]) -> bool {
         let network = maps::crossing();
-        let map = Map::new(&network);
+        let map = Map::new(&network, Box::new(Default::default));
         let actor = |id: u32, x: f32, flags: u32| ActorState {
             actor_id: ActorId(id),
             kind: kind::VEHICLE,

@@ -37,12 +37,29 @@ pub(super) struct Car {
     pub(super) longest_stand_s: f32,
 }
 
-/// A map, a planner and vehicles; vehicle `n` is actor `n + 1`.
+/// A walker of the test world: it moves as its control says.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Foot {
+    pub(super) position: Vec2,
+    pub(super) velocity: Vec2,
+    pub(super) yaw: f32,
+    /// Whether it stands still, without a planner.
+    pub(super) stands: bool,
+}
+
+/// Half the width of a walker.
+pub(super) const FOOT_RADIUS_M: f32 = 0.22;
+
+/// A map, a planner, vehicles and walkers; vehicle `n` is actor `n + 1`.
 pub(super) struct Course {
     pub(super) network: Arc<Network>,
     pub(super) planner: Planner,
     pub(super) stamp: Stamp,
     pub(super) cars: Vec<Car>,
+    /// Walkers, whose ids follow those of the lights.
+    pub(super) feet: Vec<Foot>,
+    /// Vehicles and walkers that touched each other.
+    pub(super) hits: Vec<(usize, usize)>,
     /// Signal and state of every light.
     lights: Vec<(u32, u32)>,
     pub(super) actors: Vec<ActorState>,
@@ -83,6 +100,8 @@ impl Course {
             network,
             stamp: Stamp { episode: 1, ..Stamp::default() },
             cars,
+            feet: Vec::new(),
+            hits: Vec::new(),
             lights,
             actors: Vec::new(),
             collisions: Vec::new(),
@@ -114,18 +133,39 @@ impl Course {
             let index = light.actor_id.0 as usize - 1 - self.cars.len();
             self.lights[index].1 = light.phase;
         }
+        for control in self.planner.walker_controls() {
+            let foot = control.actor_id.0 as usize - 1 - self.cars.len() - self.lights.len();
+            self.feet[foot].step(Vec2::from(control.direction) * control.speed_mps);
+        }
         self.settle();
         self.stamp.frame = Frame(self.stamp.frame.0 + 1);
         self.stamp.sim_time_nanos += DELTA_NANOS;
         self.snapshot();
         self.collide();
+        self.hit();
+    }
+
+    /// Adds a walker on autopilot; call [`Course::snapshot`] after the last one.
+    pub(super) fn add_foot(&mut self, position: Vec2) -> ActorId {
+        self.feet.push(Foot { position, ..Foot::default() });
+        self.foot_id(self.feet.len() - 1)
+    }
+
+    /// Returns the id of a walker.
+    pub(super) fn foot_id(&self, foot: usize) -> ActorId {
+        ActorId((self.cars.len() + self.lights.len() + foot) as u32 + 1)
+    }
+
+    /// Returns what a light shows.
+    pub(super) fn light(&self, signal: u32) -> u32 {
+        self.lights.iter().find(|light| light.0 == signal).expect("a light of the map").1
     }
 
     pub(super) fn time_s(&self) -> f32 {
         self.stamp.sim_time_nanos as f32 * 1e-9
     }
 
-    fn snapshot(&mut self) {
+    pub(super) fn snapshot(&mut self) {
         self.actors.clear();
         for (index, car) in self.cars.iter().enumerate() {
             let forward = Vec2::from_angle(car.yaw);
@@ -150,6 +190,21 @@ impl Course {
                 kind: kind::TRAFFIC_LIGHT,
                 phase,
                 signal,
+                ..ActorState::default()
+            });
+        }
+        self.push_feet();
+    }
+
+    fn push_feet(&mut self) {
+        for (index, foot) in self.feet.iter().enumerate() {
+            self.actors.push(ActorState {
+                actor_id: self.foot_id(index),
+                blueprint: walker_blueprint(),
+                kind: kind::WALKER,
+                flags: if foot.stands { 0 } else { flag::AUTOPILOT },
+                pose: Pose::level(foot.position.extend(0.0), foot.yaw),
+                velocity_mps: foot.velocity.extend(0.0).to_array(),
                 ..ActorState::default()
             });
         }
@@ -216,6 +271,22 @@ impl Course {
         }
     }
 
+    /// Records vehicles that touch walkers.
+    fn hit(&mut self) {
+        for (at, car) in self.cars.iter().enumerate() {
+            for (on_foot, foot) in self.feet.iter().enumerate() {
+                let way = foot.position - car.position.truncate();
+                let forward = Vec2::from_angle(car.yaw);
+                let beside = Vec2::new(way.dot(forward).abs(), way.dot(forward.perp()).abs())
+                    - Vec2::new(CAR.front_m, CAR.half_width_m);
+                let touches = beside.max(Vec2::ZERO).length() < FOOT_RADIUS_M;
+                if touches && !self.hits.contains(&(at, on_foot)) {
+                    self.hits.push((at, on_foot));
+                }
+            }
+        }
+    }
+
     /// Returns the OpenDRIVE id of the road that a vehicle's planner follows.
     pub(super) fn road_of(&self, car: usize) -> String {
         let vehicle_plan = self.planner.vehicle_plans().nth(car).expect("the vehicle is on a road");
@@ -254,6 +325,24 @@ impl Car {
         self.position += (Vec2::from_angle(heading) * self.speed * DELTA_S).extend(0.0);
         self.yaw += self.yaw_rate * DELTA_S;
     }
+}
+
+impl Foot {
+    fn step(&mut self, velocity: Vec2) {
+        if !self.stands {
+            self.velocity = velocity;
+            self.position += velocity * DELTA_S;
+            if velocity != Vec2::ZERO {
+                self.yaw = velocity.to_angle();
+            }
+        }
+    }
+}
+
+/// Returns the index of a blueprint of a walker.
+fn walker_blueprint() -> u32 {
+    let is_walker = |blueprint: &town::Blueprint| blueprint.id.starts_with("walker.");
+    town::catalogue().iter().position(is_walker).expect("the catalogue has walkers") as u32
 }
 
 fn touch(a: &Car, b: &Car) -> bool {

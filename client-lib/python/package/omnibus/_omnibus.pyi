@@ -292,7 +292,7 @@ class Map:
 
 @final
 class Traffic:
-    """Vehicles on autopilot and traffic lights."""
+    """Vehicles and walkers on autopilot, and traffic lights."""
 
     def set_autopilot(self, actor_id: int, on: bool = True) -> None: ...
     def set(
@@ -313,17 +313,24 @@ class Traffic:
         ignore_walkers: float | None = None,
         driver_spread: float | None = None,
         automatic_lights: bool | None = None,
+        cross_factor: float | None = None,
+        walks_with: int | None = None,
     ) -> None:
-        """Sets how a vehicle on autopilot drives; without ``actor_id`` all that were told nothing
+        """Sets how a vehicle on autopilot drives or a walker walks; without ``actor_id`` all that were told nothing
         themselves. Shares and probabilities are 0 to 1; a speed reduction of 0.3 is 30 % slower.
-        ``driver_spread``, by how much drivers differ, holds for all: 0 not at all, 1 as in the field."""
+        ``driver_spread``, by how much drivers differ, holds for all: 0 not at all, 1 as in the field.
+        ``speed_mps`` of a walker is its speed; ``walks_with`` is the id of the walker with which it goes,
+        0 for none. ``cross_factor``, the share of walkers that cross quiet streets away from crosswalks,
+        holds for all."""
     def change_lane(self, actor_id: int, side: Literal["left", "right"]) -> None:
         """Changes lanes once, as soon as there is one."""
     def ignore_actor(self, actor_id: int, other: int, on: bool = True) -> None: ...
     def set_seed(self, seed: int) -> None:
-        """Sets the seed of all random decisions, 0 to 2^24."""
+        """Sets the seed of all random decisions of vehicles, 0 to 2^24."""
+    def set_walker_seed(self, seed: int) -> None:
+        """Sets the seed of all random decisions of walkers, 0 to 2^24."""
     def set_route(self, actor_id: int, steps: Sequence[str | Sequence[float]]) -> None:
-        """Gives a vehicle a route: positions in metres that it passes, and turns at the junctions
+        """Gives a walker positions in metres to walk to, or a vehicle a route: positions in metres that it passes, and turns at the junctions
         that come next: left, right, straight, lane_left, lane_right."""
     def hold_light(
         self, actor_id: int, phase: Literal["red", "yellow", "green", "off"]

@@ -5,7 +5,7 @@
 
 use glam::{Vec3, vec3};
 
-use crate::navigation::cells::{Cell, Cells};
+use walkable::{Cell, Cells};
 
 const SET_MAGIC: i32 = i32::from_be_bytes(*b"MSET");
 const SET_VERSION: i32 = 1;

@@ -1,5 +1,5 @@
-//! The ego and the road users around it: where they start, how pedestrians walk, and what replaces those
-//! that fall behind. Everything follows from the seed and the frames, so that a resumed run repeats it.
+//! The ego and the road users around it: where they start, which pedestrians go together, and what replaces
+//! those that fall behind. Everything follows from the seed and the frames, so that a resumed run repeats it.
 
 use std::sync::Arc;
 
@@ -21,16 +21,14 @@ use crate::collect::{
     visibility::{EgoCameras, Target},
 };
 
-/// Frames between two corrections of the direction of walking.
-pub(crate) const CORRECTION_FRAMES: u64 = 10;
 /// Frames between two replacements of road users that have fallen behind.
 const REPLACEMENT_FRAMES: u64 = 20;
 /// Most road users of a kind that are replaced at a time.
 const REPLACED_MAX: usize = 4;
-/// Distance of the point on the sidewalk's centre that a pedestrian walks towards.
-const LOOKAHEAD_M: f64 = 2.0;
 /// Distance between two pedestrians where they start, at least.
 const SPACING_M: f64 = 2.5;
+/// Distance between pedestrians that go together, where they start.
+const ABREAST_M: f32 = 0.8;
 /// Height of a pedestrian's centre above the ground at the start.
 const START_HEIGHT_M: f32 = 1.0;
 /// Height of a vehicle's start above the lane, as at spawn points.
@@ -77,7 +75,7 @@ pub(crate) struct RoadUsers {
     /// Where pedestrians may start.
     sidewalks: Vec<Pose>,
     vehicles: Vec<ActorId>,
-    walking: Vec<Walking>,
+    walking: Vec<ActorId>,
     /// Points on driving lanes, [`LANE_STEP_M`] apart.
     lanes: Vec<Vec3>,
     /// How many more vehicles are to be near the ego than the plan has there.
@@ -85,21 +83,6 @@ pub(crate) struct RoadUsers {
     cameras: EgoCameras,
     /// Counts of the road users in view since the last replacement.
     in_view: Vec<u32>,
-}
-
-struct Walking {
-    actor: ActorId,
-    speed_mps: f32,
-    way: Way,
-}
-
-/// Where a pedestrian walks.
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Way {
-    /// Along its sidewalk; `is_reversed`: against the direction in which the lane is described.
-    Sidewalk { is_reversed: bool },
-    /// In one direction.
-    Straight(Vec3),
 }
 
 /// Sets by how much drivers differ, unless it is what holds anyway.
@@ -153,12 +136,13 @@ impl RoadUsers {
         let wanted = users.wanted_walkers(ego_pose.position());
         while users.walking.len() < wanted && !places.is_empty() {
             let place = places.swap_remove(users.random.below(places.len()));
-            users.spawn_walker(client, place)?;
+            users.spawn_walkers(client, place, wanted - users.walking.len() - 1)?;
         }
         Ok((users, spawned))
     }
 
-    /// Spawns vehicles and pedestrians anywhere on the map, around no ego.
+    /// Spawns vehicles and pedestrians anywhere on the map, around no ego. Traffic drives and leads them
+    /// from then on.
     pub(crate) fn anywhere(
         client: &mut Client,
         seed: u64,
@@ -183,9 +167,10 @@ impl RoadUsers {
             in_view: Vec::new(),
         };
         users.fill(client, &mut order, traffic.vehicles)?;
-        while users.walking.len() < traffic.walkers as usize && !sidewalks.is_empty() {
+        let wanted = traffic.walkers as usize;
+        while users.walking.len() < wanted && !sidewalks.is_empty() {
             let place = sidewalks.swap_remove(users.random.below(sidewalks.len()));
-            users.spawn_walker(client, place)?;
+            users.spawn_walkers(client, place, wanted - users.walking.len() - 1)?;
         }
         Ok(users)
     }
@@ -235,11 +220,29 @@ impl RoadUsers {
         Ok(refused)
     }
 
-    fn spawn_walker(&mut self, client: &mut Client, place: Pose) -> Result<(), CollectError> {
-        let actor = spawn_pedestrian(client, place, &mut self.random)?;
-        let speed_mps = 1.0 + self.random.below(60) as f32 / 100.0;
-        let way = Way::Sidewalk { is_reversed: self.random.below(2) == 1 };
-        self.walking.extend(actor.map(|actor| Walking { actor, speed_mps, way }));
+    /// Spawns a pedestrian, and up to `room` others beside it that go with it.
+    fn spawn_walkers(
+        &mut self,
+        client: &mut Client,
+        place: Pose,
+        room: usize,
+    ) -> Result<(), CollectError> {
+        let companions = companions(&mut self.random).min(room);
+        let Some(first) = spawn_pedestrian(client, place, flag::AUTOPILOT, &mut self.random)?
+        else {
+            return Ok(());
+        };
+        self.walking.push(first);
+        let left = place.rotation() * Vec3::Y;
+        for nth in 0..companions {
+            let side = if nth.is_multiple_of(2) { -ABREAST_M } else { ABREAST_M };
+            let beside = Pose { position_m: (place.position() + left * side).to_array(), ..place };
+            let flags = flag::AUTOPILOT;
+            if let Some(other) = spawn_pedestrian(client, beside, flags, &mut self.random)? {
+                client.set_traffic_param(other, TrafficParam::WalksWith(first))?;
+                self.walking.push(other);
+            }
+        }
         Ok(())
     }
 
@@ -272,17 +275,13 @@ impl RoadUsers {
     }
 
     /// Prepares the next frame: replaces road users that have fallen behind, and returns the commands that
-    /// destroy those and lead the pedestrians.
+    /// destroy those.
     pub(crate) fn advance(&mut self, client: &mut Client) -> Result<Vec<Command>, CollectError> {
         let frame = client.frame().0;
-        let mut commands = Vec::new();
-        if let Some(ego) = client.world().state(self.ego).copied() {
-            commands.extend(self.accompany(client, frame, &ego)?);
+        match client.world().state(self.ego).copied() {
+            Some(ego) => self.accompany(client, frame, &ego),
+            None => Ok(Vec::new()),
         }
-        if frame.is_multiple_of(CORRECTION_FRAMES) {
-            commands.extend(self.lead(client));
-        }
-        Ok(commands)
     }
 
     /// Replaces what has fallen behind the ego, and returns the commands that destroy it.
@@ -308,12 +307,6 @@ impl RoadUsers {
             commands.extend(self.replace_walkers(client, &states, ego)?);
         }
         Ok(commands)
-    }
-
-    /// Returns the commands that lead the pedestrians for the next [`CORRECTION_FRAMES`].
-    pub(crate) fn lead(&self, client: &Client) -> Vec<Command> {
-        let steps = self.walking.iter().filter_map(|one| self.step(client, one));
-        steps.map(Command::SetVelocity).collect()
     }
 
     /// Spawns vehicles ahead of the ego while too few are near it, and returns the commands that destroy as
@@ -367,12 +360,11 @@ impl RoadUsers {
             let at = states.binary_search_by_key(&actor, |state| state.actor_id).ok()?;
             Some(states[at].pose.position())
         };
-        self.walking.retain(|one| position(one.actor).is_some());
-        let is_far = |one: &Walking| {
-            position(one.actor).is_some_and(|at| at.distance(ego.pose.position()) > 1.2 * reach_m)
+        self.walking.retain(|actor| position(*actor).is_some());
+        let is_far = |actor: &&ActorId| {
+            position(**actor).is_some_and(|at| at.distance(ego.pose.position()) > 1.2 * reach_m)
         };
-        let far: Vec<_> =
-            self.walking.iter().filter(|one| is_far(one)).map(|one| one.actor).collect();
+        let far: Vec<_> = self.walking.iter().filter(is_far).copied().collect();
         let wanted = self.wanted_walkers(ego.pose.position());
         let missing = (wanted + far.len()).saturating_sub(self.walking.len()).min(REPLACED_MAX);
         let mut unseen = self.unseen(client, &far, ego)?;
@@ -384,12 +376,12 @@ impl RoadUsers {
                 break;
             }
             let count = self.walking.len();
-            self.spawn_walker(client, place)?;
-            if self.walking.len() > count
-                && !has_room
+            let room = (wanted + unseen.len()).saturating_sub(count + 1);
+            self.spawn_walkers(client, place, room)?;
+            while self.walking.len() > wanted.max(count)
                 && let Some(actor) = unseen.pop()
             {
-                self.walking.retain(|one| one.actor != actor);
+                self.walking.retain(|one| *one != actor);
                 commands.push(Command::Destroy(actor));
             }
         }
@@ -489,30 +481,15 @@ impl RoadUsers {
         let ground = self.network.nearest(from.as_dvec3(), LaneTypes::ANY);
         let ground_m = ground.map_or(from.z, |at| self.network.place(at).position.z as f32);
         let place = Pose::level(from.with_z(ground_m + START_HEIGHT_M), left.y.atan2(left.x));
-        let actor = spawn_pedestrian(client, place, &mut self.random)?;
-        let (speed_mps, way) = (crossing.speed_mps, Way::Straight(left));
-        self.walking.extend(actor.map(|actor| Walking { actor, speed_mps, way }));
+        if let Some(actor) = spawn_pedestrian(client, place, 0, &mut self.random)? {
+            client.send(&[Command::SetVelocity(SetVelocity {
+                actor_id: actor,
+                velocity_mps: (left * crossing.speed_mps).to_array(),
+                angular_velocity_radps: [0.0; 3],
+            })])?;
+            self.walking.push(actor);
+        }
         Ok(())
-    }
-
-    fn step(&self, client: &Client, one: &Walking) -> Option<SetVelocity> {
-        let position = client.world().state(one.actor)?.pose.position().as_dvec3();
-        let direction = match one.way {
-            Way::Straight(direction) => direction,
-            Way::Sidewalk { is_reversed } => {
-                let sidewalks = LaneTypes::only(LaneType::Sidewalk);
-                let here = self.network.place(self.network.nearest(position, sidewalks)?);
-                let forward = DVec3::new(here.heading_rad.cos(), here.heading_rad.sin(), 0.0);
-                let along = if is_reversed { -forward } else { forward };
-                let target = here.position + along * LOOKAHEAD_M;
-                (target - position).with_z(0.0).as_vec3().normalize_or_zero()
-            }
-        };
-        Some(SetVelocity {
-            actor_id: one.actor,
-            velocity_mps: (direction * one.speed_mps).to_array(),
-            angular_velocity_radps: [0.0; 3],
-        })
     }
 }
 
@@ -596,12 +573,14 @@ fn spawn_ego(
 fn spawn_pedestrian(
     client: &mut Client,
     pose: Pose,
+    flags: u32,
     random: &mut RandomStream,
 ) -> Result<Option<ActorId>, CollectError> {
     let blueprints: Vec<_> =
         town::catalogue().iter().filter(|b| b.id.starts_with("walker.")).collect();
     let spawn = Spawn {
         blueprint: Name::new(random.choose(&blueprints).id),
+        flags,
         pose,
         role: Name::new("pedestrian"),
         ..Spawn::default()
@@ -609,6 +588,15 @@ fn spawn_pedestrian(
     let outcome = client.try_wire_request("spawn", &[Command::Spawn(spawn)])?[0].outcome;
     let is_done = outcome.status == status::DONE;
     Ok(outcome.result().ok().filter(|_| is_done).map(ActorId))
+}
+
+/// Draws how many go with a pedestrian: about half of all walk in pairs or threes.
+fn companions(random: &mut RandomStream) -> usize {
+    match random.below(100) {
+        0..70 => 0,
+        70..93 => 1,
+        _ => 2,
+    }
 }
 
 /// Places on all sidewalks, with distance between them.

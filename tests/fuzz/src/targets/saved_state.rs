@@ -21,7 +21,7 @@ pub(crate) fn run(bytes: &[u8]) -> bool {
         }
     };
     assert_eq!(SavedState::from_bytes(&state.to_bytes(), MAP).as_ref().err(), None);
-    let _ = state.decided();
+    let _ = state.planner();
     let mut sim = plain();
     let before = sim.state_hash();
     if sim.restore(&state).is_err() {

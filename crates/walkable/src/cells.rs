@@ -8,7 +8,7 @@ use spade::{
     handles::FixedVertexHandle,
 };
 
-use super::{
+use crate::{
     area::Area,
     cut::cut,
     outline::{Loop, crossing, sides},
@@ -16,26 +16,36 @@ use super::{
 
 /// The outlines that define walkable ground.
 #[derive(Default)]
-pub(super) struct Ground {
-    pub(super) sidewalks: Vec<Loop>,
-    pub(super) crosswalks: Vec<Loop>,
+pub(crate) struct Outlines {
+    pub(crate) sidewalks: Vec<Loop>,
+    /// Crosswalks, and then places to cross quiet streets.
+    pub(crate) crossings: Vec<Loop>,
+    /// How many of `crossings` are crosswalks.
+    pub(crate) crosswalks: usize,
     /// Obstacles.
-    pub(super) holes: Vec<Loop>,
+    pub(crate) holes: Vec<Loop>,
 }
 
-/// Vertices and triangles, counter-clockwise from above.
-#[derive(Debug, Default)]
-pub(super) struct Cells {
-    pub(super) positions: Vec<DVec3>,
-    pub(super) triangles: Vec<Cell>,
+/// Walkable ground as triangles, counter-clockwise from above. World space, metres.
+#[derive(Clone, Debug, Default)]
+pub struct Cells {
+    /// The vertices.
+    pub positions: Vec<DVec3>,
+    /// The triangles.
+    pub triangles: Vec<Cell>,
 }
 
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Cell {
-    pub(super) corners: [u32; 3],
+/// One triangle of walkable ground.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Its vertices.
+    pub corners: [u32; 3],
     /// By corner: the triangle beyond the side that begins there.
-    pub(super) neighbours: [Option<u32>; 3],
-    pub(super) area: Area,
+    pub neighbours: [Option<u32>; 3],
+    /// What kind of ground it is.
+    pub area: Area,
+    /// The crossing that it belongs to; `None` on sidewalks.
+    pub crossing: Option<u32>,
 }
 
 /// Vertices of outlines nearer than this are merged. Metres.
@@ -58,20 +68,32 @@ impl HasPosition for Corner {
 
 impl Cells {
     /// Triangulates the ground. `height` returns the height of the sidewalk where there is one.
-    pub(super) fn of(ground: &Ground, height: impl Fn(DVec2) -> Option<f64>) -> Cells {
+    pub(crate) fn of(ground: &Outlines, height: impl Fn(DVec2) -> Option<f64>) -> Cells {
         let mut plane = ConstrainedDelaunayTriangulation::<Corner>::new();
         let mut known = BTreeMap::new();
-        let outlines = ground.sidewalks.iter().chain(&ground.crosswalks).chain(&ground.holes);
-        for line in cut(&outlines.flat_map(|line| sides(line)).collect::<Vec<_>>()) {
-            let corners: Vec<_> =
-                line.iter().filter_map(|at| corner(&mut plane, &mut known, *at)).collect();
-            for pair in corners.windows(2).filter(|pair| pair[0] != pair[1]) {
-                // A line that still crosses another one within the merging distance is skipped.
-                let _ = plane.try_add_constraint(pair[0], pair[1]);
+        let areas = Areas::of(ground);
+        let outlines = ground.sidewalks.iter().chain(&ground.holes).chain(&ground.crossings);
+        let lines: Vec<_> = outlines.flat_map(|line| sides(line)).collect();
+        let crossings_from = lines.len() - ground.crossings.iter().map(Vec::len).sum::<usize>();
+        for (index, line) in cut(&lines).iter().enumerate() {
+            for pair in line.windows(2) {
+                // Sidewalks go on under the ends of crossings.
+                let middle = (pair[0] + pair[1]).xy() / 2.0;
+                let is_covered = index >= crossings_from
+                    && matches!(areas.at(middle), Some((Area::Sidewalk, _)));
+                if is_covered {
+                    continue;
+                }
+                let ends = [0, 1].map(|end| corner(&mut plane, &mut known, pair[end]));
+                if let [Some(from), Some(to)] = ends
+                    && from != to
+                {
+                    // A line that still crosses another one within the merging distance is skipped.
+                    let _ = plane.try_add_constraint(from, to);
+                }
             }
         }
         let heights = heights(&plane, height);
-        let areas = Areas::of(ground);
         let mut cells = Cells::default();
         let mut numbers = BTreeMap::new();
         let mut faces = Vec::new();
@@ -99,7 +121,8 @@ impl Cells {
                 let other = side.rev().face().as_inner()?;
                 numbers.get(&other.fix().index()).copied()
             });
-            cells.triangles.push(Cell { corners, neighbours, area: *area });
+            let (area, crossing) = *area;
+            cells.triangles.push(Cell { corners, neighbours, area, crossing });
         }
         cells
     }
@@ -162,47 +185,55 @@ fn heights(
 }
 
 /// The sides of outlines, by the integer rows of y that they cross.
-pub(super) struct Areas {
+pub(crate) struct Areas {
     rows: BTreeMap<i64, Vec<(DVec2, DVec2, Kind)>>,
+    crosswalks: u32,
 }
 
-#[derive(Clone, Copy, PartialEq, Eq)]
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
-    Sidewalk,
-    Crosswalk,
     Hole,
+    Sidewalk,
+    Crossing(u32),
 }
 
 impl Areas {
-    pub(super) fn of(ground: &Ground) -> Areas {
+    pub(crate) fn of(ground: &Outlines) -> Areas {
         let mut rows: BTreeMap<i64, Vec<_>> = BTreeMap::new();
-        for (lines, kind) in [
-            (&ground.sidewalks, Kind::Sidewalk),
-            (&ground.crosswalks, Kind::Crosswalk),
-            (&ground.holes, Kind::Hole),
-        ] {
-            for (a, b) in lines.iter().flat_map(|line| sides(line)) {
+        let holes = ground.holes.iter().map(|line| (line, Kind::Hole));
+        let sidewalks = ground.sidewalks.iter().map(|line| (line, Kind::Sidewalk));
+        let crossings =
+            ground.crossings.iter().zip(0..).map(|(line, at)| (line, Kind::Crossing(at)));
+        for (line, kind) in holes.chain(sidewalks).chain(crossings) {
+            for (a, b) in sides(line) {
                 let (low, high) = (a.y.min(b.y).floor() as i64, a.y.max(b.y).floor() as i64);
                 for row in low..=high {
                     rows.entry(row).or_default().push((a.xy(), b.xy(), kind));
                 }
             }
         }
-        Areas { rows }
+        // The sides of one outline lie together, in the order of precedence.
+        rows.values_mut().for_each(|row| row.sort_by_key(|(.., kind)| *kind));
+        Areas { rows, crosswalks: ground.crosswalks as u32 }
     }
 
-    /// Returns the kind of walkable ground at a point, if any, by winding numbers.
-    pub(super) fn at(&self, at: DVec2) -> Option<Area> {
+    /// Returns the kind of walkable ground at a point, if any, and the crossing; by winding numbers.
+    pub(crate) fn at(&self, at: DVec2) -> Option<(Area, Option<u32>)> {
         let row = self.rows.get(&(at.y.floor() as i64))?;
-        let mut windings = [0; 3];
-        for (a, b, kind) in row {
-            windings[*kind as usize] += crossing(at, *a, *b);
+        for sides in row.chunk_by(|(.., a), (.., b)| a == b) {
+            let winding: i32 = sides.iter().map(|(a, b, _)| crossing(at, *a, *b)).sum();
+            if winding <= 0 {
+                continue;
+            }
+            return match sides[0].2 {
+                Kind::Hole => None,
+                Kind::Sidewalk => Some((Area::Sidewalk, None)),
+                Kind::Crossing(index) if index < self.crosswalks => {
+                    Some((Area::Crosswalk, Some(index)))
+                }
+                Kind::Crossing(index) => Some((Area::Road, Some(index))),
+            };
         }
-        match windings {
-            [_, _, hole] if hole > 0 => None,
-            [sidewalk, ..] if sidewalk > 0 => Some(Area::Sidewalk),
-            [_, crosswalk, _] if crosswalk > 0 => Some(Area::Crosswalk),
-            _ => None,
-        }
+        None
     }
 }

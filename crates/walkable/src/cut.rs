@@ -11,7 +11,7 @@ const TOUCH_M: f64 = 0.02;
 
 /// Returns each line as a list of points, its ends and intersections included. The height of an
 /// intersection is NaN, unless it is the end of a line.
-pub(super) fn cut(lines: &[(DVec3, DVec3)]) -> Vec<Vec<DVec3>> {
+pub(crate) fn cut(lines: &[(DVec3, DVec3)]) -> Vec<Vec<DVec3>> {
     let mut cells: BTreeMap<[i64; 2], Vec<usize>> = BTreeMap::new();
     for (index, (a, b)) in lines.iter().enumerate() {
         let [low, high] = [a.xy().min(b.xy()), a.xy().max(b.xy())];

@@ -6,19 +6,29 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use mesh::{Material, Mesh, Tag};
 
 /// The vertices of a closed line whose inside is to its left.
-pub(super) type Loop = Vec<DVec3>;
+pub(crate) type Loop = Vec<DVec3>;
 
+/// How far crossings extend into the sidewalks at their ends. Metres.
+pub(crate) const REACH_M: f64 = 1.5;
 /// Vertices nearer than this are merged. Metres.
 const WELD_M: f64 = 0.01;
 /// A vertex this near to the line between its neighbours is removed. Metres.
 const STRAIGHT_M: f64 = 0.05;
 /// Shorter loops are slivers between two triangles. Metres.
 const LOOP_MIN_M: f64 = 2.0;
+/// Beyond a side, another sidewalk is looked for at this distance, and both overlap by this. Metres.
+const BEYOND_M: f64 = 0.15;
+const OVERLAP_M: f64 = 0.1;
+/// Highest step between two sidewalks. Metres.
+const STEP_M: f64 = 0.5;
+/// Sine of the turn below which two sides are one line.
+const SHARP: f64 = 0.2;
 /// Steeper faces are the sides of kerbs.
 const NORMAL_Z_MIN: f32 = 0.7;
 
-/// Returns the outlines of all sidewalks, inset by `inset_m`, and the height of the sidewalks.
-pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
+/// Returns the outlines of all sidewalks, inset by `inset_m` where they end, and the height of the
+/// sidewalks.
+pub(crate) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
     let mut relief = Relief::default();
     let mut weld = Weld::default();
     let mut edges: BTreeMap<(usize, usize), ()> = BTreeMap::new();
@@ -50,7 +60,7 @@ pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
         .into_iter()
         .map(positions)
         .filter(|line| length_m(line) > LOOP_MIN_M)
-        .map(|line| straighten(inset(&line, inset_m)))
+        .map(|line| straighten(inset(&line, |side| by_m(&relief, side, inset_m))))
         .filter(|line| line.len() >= 3)
         .collect();
     (loops, relief)
@@ -58,7 +68,7 @@ pub(super) fn sidewalks(mesh: &Mesh, inset_m: f64) -> (Vec<Loop>, Relief) {
 
 /// The triangles of sidewalks, by the cells that they touch.
 #[derive(Default)]
-pub(super) struct Relief {
+pub(crate) struct Relief {
     triangles: Vec<[DVec3; 3]>,
     cells: BTreeMap<[i64; 2], Vec<usize>>,
 }
@@ -80,7 +90,7 @@ impl Relief {
     }
 
     /// Returns the height of the sidewalk at a point, if there is one.
-    pub(super) fn height(&self, at: DVec2) -> Option<f64> {
+    pub(crate) fn height(&self, at: DVec2) -> Option<f64> {
         let cell = (at / CELL_M).floor().to_array().map(|v| v as i64);
         let near = self.cells.get(&cell)?.iter().map(|index| self.triangles[*index]);
         let height = |[a, b, c]: [DVec3; 3]| {
@@ -95,7 +105,7 @@ impl Relief {
 }
 
 /// Returns the loop with its inside to its left.
-pub(super) fn counter_clockwise(mut line: Loop) -> Loop {
+pub(crate) fn counter_clockwise(mut line: Loop) -> Loop {
     if sides(&line).map(|(a, b)| a.xy().perp_dot(b.xy())).sum::<f64>() < 0.0 {
         line.reverse();
     }
@@ -103,7 +113,7 @@ pub(super) fn counter_clockwise(mut line: Loop) -> Loop {
 }
 
 /// Returns 1 if the side passes upwards to the right of the point, −1 if downwards, otherwise 0.
-pub(super) fn crossing(at: DVec2, a: DVec2, b: DVec2) -> i32 {
+pub(crate) fn crossing(at: DVec2, a: DVec2, b: DVec2) -> i32 {
     let rises = a.y <= at.y && b.y > at.y;
     let falls = b.y <= at.y && a.y > at.y;
     let side = (b - a).perp_dot(at - a);
@@ -117,7 +127,7 @@ pub(super) fn crossing(at: DVec2, a: DVec2, b: DVec2) -> i32 {
 }
 
 /// Returns each side of a loop.
-pub(super) fn sides(line: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
+pub(crate) fn sides(line: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> + '_ {
     line.iter().zip(line.iter().cycle().skip(1)).map(|(a, b)| (*a, *b))
 }
 
@@ -168,16 +178,33 @@ fn chain(edges: Vec<(usize, usize)>) -> Vec<Vec<usize>> {
     loops
 }
 
-/// Moves every vertex by `by_m` to the left of the line.
-fn inset(line: &[DVec3], by_m: f64) -> Loop {
+/// Returns how far a side of a sidewalk moves inwards. A side beyond which another sidewalk goes on
+/// moves outwards, so that both are connected.
+fn by_m(relief: &Relief, (from, to): (DVec3, DVec3), inset_m: f64) -> f64 {
+    let outwards = -(to - from).xy().normalize_or_zero().perp();
+    let goes_on = |share: f64| {
+        let at = from.lerp(to, share).xy() + outwards * BEYOND_M;
+        relief.height(at).is_some_and(|height| (height - from.z).abs() < STEP_M)
+    };
+    let count = [0.2, 0.5, 0.8].into_iter().filter(|share| goes_on(*share)).count();
+    if count >= 2 { -OVERLAP_M } else { inset_m }
+}
+
+/// Moves every side to its left by its own distance.
+fn inset(line: &[DVec3], by_m: impl Fn((DVec3, DVec3)) -> f64) -> Loop {
     let count = line.len();
     let moved = (0..count).map(|i| {
         let (before, at, after) = (line[(i + count - 1) % count], line[i], line[(i + 1) % count]);
         let [a, b] = [at - before, after - at].map(|edge| edge.xy().normalize_or_zero().perp());
-        let bisector = (a + b).normalize_or_zero();
+        let [by_a, by_b] = [by_m((before, at)), by_m((at, after))];
+        let turn = a.perp_dot(b);
+        let way = if turn.abs() > SHARP {
+            DVec2::new(by_a * b.y - by_b * a.y, a.x * by_b - b.x * by_a) / turn
+        } else {
+            (a + b).normalize_or_zero() * ((by_a + by_b) / 2.0)
+        };
         // At a sharp corner, at most twice the distance.
-        let way_m = by_m / bisector.dot(b).max(0.5);
-        at + (bisector * way_m).extend(0.0)
+        at + way.clamp_length_max(2.0 * by_a.abs().max(by_b.abs())).extend(0.0)
     });
     moved.collect()
 }

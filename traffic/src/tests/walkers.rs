@@ -1,0 +1,326 @@
+//! Walkers on autopilot: where they walk, and what they do beside others and vehicles.
+
+use std::sync::Arc;
+
+use glam::{DVec3, Vec2, vec2};
+use protocol::{
+    ActorId, Command, JournalEntry, Name, Outcome, RouteCommand, RouteStep, TrafficParam, light,
+    param, status,
+};
+use walkable::{Area, Cell, Cells, Ground};
+
+use super::{
+    course::{Course, DELTA_NANOS, FOOT_RADIUS_M, Foot},
+    maps,
+};
+use crate::{Planner, map::Map};
+
+/// Returns the journal entry of a command that was done.
+fn entry(command: Command) -> JournalEntry {
+    JournalEntry {
+        client: Name::new("test"),
+        sequence: 1,
+        command: command.into(),
+        outcome: Outcome { status: status::DONE, ..bytemuck::Zeroable::zeroed() },
+    }
+}
+
+fn set(actor_id: ActorId, param: u32, value: f32) -> JournalEntry {
+    entry(Command::TrafficParam(TrafficParam { actor_id, param, value }))
+}
+
+fn route(actor_id: ActorId, to: Vec2) -> JournalEntry {
+    let steps = [RouteStep::place(to.extend(0.0))];
+    entry(Command::RouteCommand(RouteCommand::route(actor_id, &steps)[0]))
+}
+
+/// Returns a town with vehicles, and walkers spread over its sidewalks.
+fn town(seed: u64, cars: usize, feet: usize) -> Course {
+    let mut course = Course::new(maps::town(), seed, cars);
+    let mut draws = mesh::RandomStream::from_state(seed);
+    while course.feet.len() < feet {
+        let ground = course.planner.map.walker_ground();
+        let place = [draws.unit(), draws.unit(), draws.unit()];
+        let (_, at) = ground.point(place).expect("the town has sidewalks");
+        if course.feet.iter().all(|foot| foot.position.distance(at) > 1.0) {
+            course.add_foot(at);
+        }
+    }
+    course.snapshot();
+    course
+}
+
+/// Returns a path of 60 m along x and 3 m wide beside a road.
+fn path() -> Course {
+    let corner = |x: f64, y: f64| DVec3::new(x, 20.0 + y, 0.0);
+    let cell = |corners: [u32; 3], neighbours: [Option<u32>; 3]| Cell {
+        corners,
+        neighbours,
+        area: Area::Sidewalk,
+        crossing: None,
+    };
+    let ground = Ground {
+        cells: Cells {
+            positions: vec![
+                corner(0.0, 0.0),
+                corner(60.0, 0.0),
+                corner(60.0, 3.0),
+                corner(0.0, 3.0),
+            ],
+            triangles: vec![
+                cell([0, 1, 2], [None, None, Some(1)]),
+                cell([0, 2, 3], [Some(0), None, None]),
+            ],
+        },
+        crossings: Vec::new(),
+    };
+    let network = maps::straight(200.0);
+    let mut course = Course::with_cars(network.clone(), 1, Vec::new());
+    let map = Map::new(&network, Box::new(move || ground.clone()));
+    course.planner = Planner::of(Arc::new(map), 1);
+    course
+}
+
+/// Returns the kind of ground under a walker and the crossing; `None` off the ground.
+fn under(course: &Course, foot: usize) -> Option<(Area, Option<u32>)> {
+    let surface = &course.planner.map.walker_ground().surface;
+    let (cell, _) = surface.nearest(course.feet[foot].position, 0.02)?;
+    Some((surface.cell(cell).area, surface.cell(cell).crossing))
+}
+
+/// What walkers did in a town.
+#[derive(Debug, Default)]
+struct Seen {
+    /// How often a walker stepped onto a crosswalk without and with lights.
+    begins: [u32; 2],
+    /// How often one did although the lights let vehicles pass.
+    at_red: u32,
+    /// Frames of walkers off the ground, and on streets away from crosswalks.
+    off: u32,
+    on_road: u32,
+    walked_m: f32,
+}
+
+fn watch(course: &mut Course, seconds: f32) -> Seen {
+    let mut seen = Seen::default();
+    let mut before: Vec<_> = (0..course.feet.len()).map(|foot| under(course, foot)).collect();
+    let until = course.time_s() + seconds;
+    while course.time_s() < until {
+        let shown: Vec<Vec<u32>> = {
+            let ground = course.planner.map.walker_ground();
+            let of = |signals: &Vec<u32>| signals.iter().map(|s| course.light(*s)).collect();
+            ground.crossings.iter().map(|crossing| of(&crossing.signals)).collect()
+        };
+        course.tick();
+        for (foot, before) in before.iter_mut().enumerate() {
+            seen.walked_m += course.feet[foot].velocity.length() * 0.05;
+            let now = under(course, foot);
+            match now {
+                None => seen.off += 1,
+                Some((Area::Road, _)) => seen.on_road += 1,
+                Some((Area::Crosswalk, Some(crossing))) if now != *before => {
+                    let lights = &shown[crossing as usize];
+                    seen.begins[usize::from(!lights.is_empty())] += 1;
+                    let passes = |shows: &u32| matches!(*shows, light::GREEN | light::YELLOW);
+                    seen.at_red += u32::from(lights.iter().any(passes));
+                }
+                Some(_) => {}
+            }
+            *before = now;
+        }
+    }
+    seen
+}
+
+#[test]
+fn walkers_keep_to_sidewalks_and_crosswalks_and_obey_lights() {
+    let mut course = town(3, 40, 150);
+    let seen = watch(&mut course, 150.0);
+    println!("{seen:?}");
+    assert_eq!((seen.off, seen.on_road, seen.at_red), (0, 0, 0));
+    assert!(seen.begins[0] > 30 && seen.begins[1] > 30, "{seen:?}");
+    assert!(seen.walked_m > 150.0 * 100.0, "{seen:?}");
+    assert_eq!((course.hits, course.collisions), (vec![], vec![]));
+}
+
+#[test]
+fn by_the_cross_factor_walkers_cross_streets_away_from_crosswalks() {
+    let mut course = town(5, 40, 100);
+    course.tick_with(&[set(ActorId::NONE, param::CROSS_FACTOR, 1.0)]);
+    let seen = watch(&mut course, 120.0);
+    println!("{seen:?}");
+    assert!(seen.on_road > 500 && seen.off == 0, "{seen:?}");
+    assert_eq!(course.hits, []);
+}
+
+#[test]
+fn vehicles_and_walkers_do_not_wait_for_each_other_forever() {
+    let mut course = town(9, 60, 300);
+    let seen = watch(&mut course, 240.0);
+    println!("{seen:?}");
+    assert_eq!(course.hits, []);
+    let longest_s = course.cars.iter().map(|car| car.longest_stand_s).fold(0.0, f32::max);
+    let driven_m = course.cars.iter().map(|car| car.driven_m).sum::<f32>() / 60.0;
+    println!("{longest_s} {driven_m}");
+    assert!(longest_s < 150.0 && driven_m > 500.0, "{longest_s} s, {driven_m} m");
+}
+
+#[test]
+fn opposed_streams_pass_each_other_without_contact() {
+    let mut course = path();
+    let mut journal = Vec::new();
+    for nth in 0..30 {
+        let (column, line) = (nth / 2 % 5, nth / 10);
+        let y = 20.4 + 0.55 * column as f32;
+        let (from, to) = match nth % 2 {
+            0 => (vec2(2.0 + 1.2 * line as f32, y), vec2(58.0, y)),
+            _ => (vec2(58.0 - 1.2 * line as f32, y), vec2(2.0, y)),
+        };
+        let id = course.add_foot(from);
+        journal.push(route(id, to));
+    }
+    course.snapshot();
+    course.tick_with(&journal);
+    let mut arrived = vec![false; 30];
+    let mut nearest_m = f32::MAX;
+    while course.time_s() < 110.0 && arrived.contains(&false) {
+        course.tick();
+        for (a, arrived) in arrived.iter_mut().enumerate() {
+            let at = course.feet[a].position;
+            *arrived |= if a % 2 == 0 { at.x > 54.0 } else { at.x < 6.0 };
+            for b in a + 1..30 {
+                nearest_m = nearest_m.min(at.distance(course.feet[b].position));
+            }
+        }
+    }
+    println!("{nearest_m} m, {} s", course.time_s());
+    assert!(!arrived.contains(&false), "{arrived:?} after {} s", course.time_s());
+    assert!(nearest_m > 2.0 * FOOT_RADIUS_M, "{nearest_m} m");
+}
+
+#[test]
+fn walkers_that_go_together_stay_together() {
+    let mut course = town(7, 10, 40);
+    // Walkers 0 to 29 in threes.
+    let mut journal = Vec::new();
+    for foot in (0..30).filter(|foot| foot % 3 != 0) {
+        let leader = foot - foot % 3;
+        let aside = vec2(0.3 * (foot % 3) as f32, 0.6);
+        course.feet[foot].position = course.feet[leader].position + aside;
+        let id = course.foot_id(foot);
+        journal.push(set(id, param::WALKS_WITH, course.foot_id(leader).0 as f32));
+    }
+    course.snapshot();
+    course.tick_with(&journal);
+    let (mut frames, mut near, mut farthest_m) = (0, 0, 0.0f32);
+    while course.time_s() < 120.0 {
+        course.tick();
+        if course.time_s() < 10.0 {
+            continue;
+        }
+        for foot in (0..30).filter(|foot| foot % 3 != 0) {
+            let leader = foot - foot % 3;
+            let apart_m = course.feet[foot].position.distance(course.feet[leader].position);
+            frames += 1;
+            near += u32::from(apart_m < 2.5);
+            farthest_m = farthest_m.max(apart_m);
+        }
+    }
+    let share = near as f32 / frames as f32;
+    println!("{share} within 2.5 m, at most {farthest_m} m");
+    assert!(share > 0.85 && farthest_m < 15.0, "{share} within 2.5 m, at most {farthest_m} m");
+    assert_eq!(course.hits, []);
+}
+
+#[test]
+fn a_walker_goes_to_the_place_of_its_client_with_its_speed() {
+    let mut course = town(4, 0, 1);
+    let id = course.foot_id(0);
+    let ground = course.planner.map.walker_ground();
+    let from = course.feet[0].position;
+    let far = (0..100).filter_map(|n| ground.point([n as f32 / 100.0, 0.3, 0.3]));
+    let is_far = |at: &Vec2| (60.0..120.0).contains(&at.distance(from));
+    let to = far.map(|(_, at)| at).find(is_far).expect("there is a place");
+    course.tick_with(&[route(id, to), set(id, param::SPEED_MPS, 2.5)]);
+    let mut fastest = 0.0f32;
+    while course.feet[0].position.distance(to) > 1.0 && course.time_s() < 240.0 {
+        course.tick();
+        fastest = fastest.max(course.feet[0].velocity.length());
+    }
+    assert!(course.feet[0].position.distance(to) < 1.0);
+    assert!((2.4..2.55).contains(&fastest), "{fastest}");
+}
+
+/// Returns all decisions and the state of a planner.
+fn bytes(planner: &Planner) -> Vec<u8> {
+    let mut bytes: Vec<u8> = bytemuck::cast_slice(planner.controls()).to_vec();
+    bytes.extend_from_slice(bytemuck::cast_slice(planner.walker_controls()));
+    bytes.extend_from_slice(bytemuck::cast_slice(planner.lights()));
+    bytes.extend(planner.save());
+    bytes
+}
+
+#[test]
+fn a_restored_planner_leads_walkers_with_the_same_bits() {
+    for restart_at in [1, 37, 700] {
+        let mut course = town(4, 20, 60);
+        course.tick_with(&[set(ActorId::NONE, param::CROSS_FACTOR, 0.5)]);
+        for _ in 0..restart_at {
+            course.tick();
+        }
+        let mut second = Planner::new(course.network.clone(), 4);
+        second.restore(&course.planner.save()).unwrap();
+        for tick in 0..300 {
+            let mut turned = course.actors.clone();
+            let middle = tick % turned.len();
+            turned.rotate_left(middle);
+            course.planner.plan(DELTA_NANOS, &course.actors, &[]);
+            second.plan(DELTA_NANOS, &turned, &[]);
+            assert!(
+                bytes(&course.planner) == bytes(&second),
+                "{tick} ticks after a restart at {restart_at}"
+            );
+            course.advance();
+        }
+    }
+}
+
+#[test]
+fn a_seed_of_walkers_decides_where_they_go() {
+    let run = |seed: Option<f32>| {
+        let mut course = town(4, 5, 20);
+        let journal: Vec<_> =
+            seed.map(|seed| set(ActorId::NONE, param::WALKER_SEED, seed)).into_iter().collect();
+        course.tick_with(&journal);
+        for _ in 0..200 {
+            course.tick();
+        }
+        let at: Vec<_> =
+            course.feet.iter().map(|foot| foot.position.to_array().map(f32::to_bits)).collect();
+        at
+    };
+    assert_eq!(run(Some(3.0)), run(Some(3.0)));
+    assert_ne!(run(Some(3.0)), run(None));
+}
+
+#[test]
+fn walkers_set_off_in_short_frames_too() {
+    for delta_nanos in [2_000_000, 100_000_000] {
+        let delta_s = delta_nanos as f32 * 1e-9;
+        let mut course = town(4, 0, 20);
+        let start: Vec<Vec2> = course.feet.iter().map(|foot| foot.position).collect();
+        for _ in 0..(6.0 / delta_s) as usize {
+            course.planner.plan(delta_nanos, &course.actors, &[]);
+            let controls = course.planner.walker_controls();
+            for (foot, control) in course.feet.iter_mut().zip(controls) {
+                foot.velocity = Vec2::from(control.direction) * control.speed_mps;
+                foot.position += foot.velocity * delta_s;
+            }
+            course.snapshot();
+        }
+        // A few wait at crossings.
+        let walked = |(foot, start): (&Foot, &Vec2)| foot.position.distance(*start) > 2.0;
+        let count = course.feet.iter().zip(&start).filter(|pair| walked(*pair)).count();
+        assert!(count >= 15, "{count} of 20 walked 2 m in 6 s, in frames of {delta_s} s");
+    }
+}

@@ -1,0 +1,222 @@
+//! The planner of walkers on autopilot: where they go, when they cross, and how they avoid others.
+//!
+//! ```text
+//! snapshot ─▶ stand on the ground ─▶ goals, routes ─▶ groups ─▶ crossings ─▶ avoidance ─▶ controls
+//! ```
+//!
+//! A walker walks to a destination over sidewalks and crosswalks, a share of them also across quiet
+//! streets. It begins to cross when the lights and the approaching vehicles allow it; from then on,
+//! the vehicles wait for it ([`claims`]).
+
+mod approaching;
+mod avoidance;
+mod crossings;
+mod goals;
+mod ground;
+mod groups;
+mod linear_program;
+mod pace;
+mod table;
+mod view;
+
+use glam::Vec2;
+use protocol::{ActorId, WalkerControl};
+use walkable::Search;
+
+use self::{
+    approaching::Approaching,
+    crossings::{Crossings, Leave},
+    groups::Groups,
+};
+pub(crate) use self::{ground::WalkerGround, table::WalkerTable, view::View};
+use crate::{
+    agents::Agents, client_route::ClientRoutes, demand::Demand, map::Map, neighbours::Neighbours,
+};
+
+/// Farthest that a walker stands from the ground to return to it. Metres.
+const RETURN_M: f32 = 30.0;
+/// Distance before a crossing at which a walker decides whether to begin. Metres.
+const GATE_M: f32 = 0.5;
+/// Time and distance within which a vehicle reckons with a walker that crosses towards its lane.
+const CLAIM_M: f32 = 9.0;
+/// Distance beyond the middle of a lane up to which a walker claims it. Metres.
+const CLEARED_M: f32 = 1.7;
+
+/// Data of one frame; kept to reuse its allocations.
+#[derive(Default)]
+pub(crate) struct Scratch {
+    search: Search,
+    /// By row: the triangle under the walker and the nearest point in it, if there is one near.
+    standing: Vec<Option<(u32, Vec2)>>,
+    groups: Groups,
+    approaching: Approaching,
+    /// Vehicles and props by place.
+    bodies: Neighbours,
+    /// By row: the velocity that it prefers.
+    wanted: Vec<Vec2>,
+    /// By row: the crossing before which it has to wait.
+    held: Vec<Option<u32>>,
+    /// By row: the crossing that it may enter.
+    granted: Vec<Option<u32>>,
+}
+
+impl Scratch {
+    /// Forgets the frame before.
+    pub(crate) fn clear(&mut self) {
+        self.standing.clear();
+        self.held.clear();
+    }
+
+    /// Finds the ground under every walker.
+    pub(crate) fn stand(&mut self, ground: &WalkerGround, agents: &Agents) {
+        self.standing.clear();
+        self.standing.extend(agents.led.iter().map(|&agent| {
+            let at = agents.position[agent as usize].truncate();
+            ground.surface.nearest(at, RETURN_M)
+        }));
+    }
+
+    /// Returns the stretches of lanes that walkers on crossings are about to walk over: agent, lane,
+    /// arc length.
+    pub(crate) fn claims(
+        &self,
+        ground: &WalkerGround,
+        agents: &Agents,
+        claims: &mut Vec<(u32, u32, f32)>,
+    ) {
+        for (&agent, standing) in agents.led.iter().zip(&self.standing) {
+            let Some((cell, _)) = *standing else { continue };
+            let Some(crossing) = ground.surface.cell(cell).crossing else { continue };
+            let crossing = &ground.crossings[crossing as usize];
+            let at = agents.position[agent as usize].truncate();
+            let along_m = (at - crossing.center).dot(crossing.axis);
+            let ahead = agents.velocity[agent as usize].dot(crossing.axis).signum();
+            for lane in &crossing.lanes {
+                let to_m = (lane.along_m - along_m) * ahead;
+                if (-CLEARED_M..CLAIM_M).contains(&to_m) {
+                    // Vehicles stop before the crossing; those that are on it before the walker.
+                    claims.push((agent, lane.lane, lane.arc_m - crossing.half_width_m));
+                    claims.push((agent, lane.lane, lane.arc_m));
+                }
+            }
+        }
+    }
+
+    /// Registers walkers that wait at lights: another phase than that of the vehicles is to follow.
+    pub(crate) fn call(&self, map: &Map, demand: &mut Demand) {
+        let ground = map.walker_ground();
+        for crossing in self.held.iter().flatten() {
+            for &signal in &ground.crossings[*crossing as usize].signals {
+                let Some((cycle, phase)) = map.signals.slot(signal) else { continue };
+                let phases = map.signals.phases(cycle);
+                if phases > 1 {
+                    demand.add(cycle as usize, ((phase + 1) % phases).into(), false);
+                }
+            }
+        }
+    }
+}
+
+/// Plans for every walker on autopilot.
+pub(crate) fn plan(
+    table: &mut WalkerTable,
+    routes: &mut ClientRoutes,
+    scratch: &mut Scratch,
+    view: &View<'_>,
+    controls: &mut Vec<WalkerControl>,
+) {
+    controls.clear();
+    if view.agents.led.is_empty() {
+        return;
+    }
+    let Scratch { search, standing, groups, approaching, bodies, wanted, held, granted } = scratch;
+    let agents = view.agents;
+    groups.find(table, standing, view);
+    approaching.find(view);
+    goals::choose(table, routes, search, standing, groups, view);
+    wanted.clear();
+    held.clear();
+    granted.clear();
+    for row in 0..table.count() {
+        let at = agents.position[agents.led[row] as usize].truncate();
+        let mut velocity = match standing[row] {
+            // Far from any ground, a walker stays where it is.
+            None => Vec2::ZERO,
+            Some((_, near)) if near.distance(at) > 0.4 => {
+                (near - at).clamp_length(0.0, pace::speed(view, table.id(row)))
+            }
+            Some(on) => goals::velocity(table, row, on, groups, view),
+        };
+        let gate = gate(row, standing, velocity, approaching, view);
+        let holds = |(crossing, leave)| (leave == Leave::Wait).then_some(crossing);
+        let grants = |(crossing, leave)| (leave == Leave::Go).then_some(crossing);
+        if gate.is_some_and(|gate| holds(gate).is_some()) {
+            velocity = Vec2::ZERO;
+        }
+        wanted.push(velocity);
+        held.push(gate.and_then(holds));
+        granted.push(gate.and_then(grants));
+    }
+    let solid = |agent: &u32| !agents.walks[*agent as usize];
+    let placed = |agent: u32| (agent, agents.position[agent as usize].truncate());
+    bodies.rebuild((0..agents.count() as u32).filter(solid).map(placed));
+    let crowd = avoidance::Crowd { bodies, groups, wanted, view };
+    for row in 0..table.count() {
+        let velocity = match standing[row] {
+            None => Vec2::ZERO,
+            Some(on) => {
+                let chosen = crowd.velocity(row);
+                on_ground(row, on, chosen, granted[row], view)
+            }
+        };
+        table.watch(row, wanted[row], velocity, held[row].is_some(), view.delta_s);
+        let speed_mps = velocity.length();
+        controls.push(WalkerControl {
+            actor_id: ActorId(table.id(row)),
+            speed_mps,
+            direction: velocity.normalize_or_zero().to_array(),
+        });
+    }
+}
+
+/// Returns the crossing that lies ahead of a walker, and whether it may begin to cross.
+fn gate(
+    row: usize,
+    standing: &[Option<(u32, Vec2)>],
+    wanted: Vec2,
+    approaching: &Approaching,
+    view: &View<'_>,
+) -> Option<(u32, Leave)> {
+    let (cell, at) = standing[row]?;
+    let surface = &view.ground.surface;
+    let here = surface.cell(cell).crossing;
+    let ahead = at + wanted.normalize_or_zero() * GATE_M;
+    let (last, _) = surface.step(cell, at, ahead, |_| true);
+    let crossing = surface.cell(last).crossing.filter(|there| Some(*there) != here)?;
+    let crossings = Crossings { view, approaching };
+    Some((crossing, crossings.leave(crossing, at, wanted)))
+}
+
+/// Returns the part of a velocity that keeps a walker on its ground during the next frame, and off
+/// the crossings that it may not enter.
+fn on_ground(
+    row: usize,
+    (cell, near): (u32, Vec2),
+    velocity: Vec2,
+    granted: Option<u32>,
+    view: &View<'_>,
+) -> Vec2 {
+    let at = view.agents.position[view.agents.led[row] as usize].truncate();
+    if near.distance(at) > 0.05 {
+        // It returns to the ground first.
+        return velocity;
+    }
+    let surface = &view.ground.surface;
+    let here = surface.cell(cell).crossing;
+    let allows = |next: &walkable::Cell| {
+        next.crossing.is_none() || next.crossing == here || next.crossing == granted
+    };
+    let (_, there) = surface.step(cell, near, near + velocity * view.delta_s, allows);
+    let bounded = (there - at) / view.delta_s;
+    if bounded.length() < pace::STANDING_MPS { Vec2::ZERO } else { bounded }
+}

@@ -1,0 +1,191 @@
+//! Avoidance of others: optimal reciprocal collision avoidance (van den Berg, Guy, Lin, Manocha,
+//! 2011). Each of two walkers takes half of the change that avoids a contact; a vehicle or a prop
+//! takes none.
+
+use glam::Vec2;
+
+use super::{
+    groups::Groups,
+    linear_program::{HalfPlane, nearest},
+    pace,
+    view::View,
+};
+use crate::neighbours::Neighbours;
+
+/// Distance and number up to which others are considered.
+const NEAR_M: f32 = 5.0;
+const NEIGHBOURS_MAX: usize = 10;
+/// Time within which contacts are avoided, with walkers and with others. Seconds.
+const HORIZON_S: f32 = 2.2;
+const BODY_HORIZON_S: f32 = 1.6;
+/// Time in which an overlap ends. Seconds.
+const OVERLAP_S: f32 = 0.6;
+/// What a walker keeps from others beside its own radius. Metres.
+const SPACE_M: f32 = 0.1;
+const BODY_SPACE_M: f32 = 0.3;
+/// How far a walker turns to the right for others that come towards it.
+const RIGHT: f32 = 0.18;
+/// Fastest that a walker becomes to avoid others, by the wanted speed, and when it stands. Metres per
+/// second.
+const FASTER: f32 = 1.25;
+const ASIDE_MPS: f32 = 0.5;
+
+/// Everything around the walkers of a frame.
+pub(super) struct Crowd<'a> {
+    pub(super) bodies: &'a Neighbours,
+    pub(super) groups: &'a Groups,
+    /// By row: the velocity that a walker prefers.
+    pub(super) wanted: &'a [Vec2],
+    pub(super) view: &'a View<'a>,
+}
+
+/// A disc that is to be avoided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Disc {
+    /// Its centre, from the walker.
+    at: Vec2,
+    velocity: Vec2,
+    /// The sum of both radii.
+    radius_m: f32,
+    /// The part of the change that the walker takes.
+    share: f32,
+    horizon_s: f32,
+}
+
+impl Crowd<'_> {
+    /// Returns the velocity of a walker in the next frame, its ground not considered.
+    pub(super) fn velocity(&self, row: usize) -> Vec2 {
+        let agents = self.view.agents;
+        let agent = agents.led[row] as usize;
+        let at = agents.position[agent].truncate();
+        let velocity = agents.velocity[agent].clamp_length_max(3.0);
+        let mut wanted = self.wanted[row];
+        let discs = self.discs(row, agent, at, velocity, &mut wanted);
+        let planes: Vec<HalfPlane> = discs.iter().map(|disc| disc.plane(velocity)).collect();
+        let limit = (wanted.length() * FASTER).max(ASIDE_MPS);
+        let chosen = nearest(&planes, limit, wanted);
+        // However short a frame is, the first step of a standing walker is no longer standing.
+        let first = if velocity.length() < pace::STANDING_MPS { pace::FIRST_MPS } else { 0.0 };
+        let change = (pace::ACCELERATION_MPS2 * self.view.delta_s).max(first);
+        velocity + (chosen - velocity).clamp_length_max(change)
+    }
+
+    /// Returns the discs around a walker, the nearest first, and turns the wanted velocity to the
+    /// right of those that come towards it.
+    fn discs(
+        &self,
+        row: usize,
+        agent: usize,
+        at: Vec2,
+        velocity: Vec2,
+        wanted: &mut Vec2,
+    ) -> Vec<Disc> {
+        let agents = self.view.agents;
+        let radius_m = agents.body[agent].half_width_m + SPACE_M;
+        let mut near: Vec<(f32, u32, Disc)> = Vec::new();
+        let mut is_met = false;
+        for other in agents.foot_places.near(at, NEAR_M) {
+            let index = other as usize;
+            let way = agents.position[index].truncate() - at;
+            if index == agent || way.length_squared() > NEAR_M * NEAR_M {
+                continue;
+            }
+            let moves = agents.velocity[index];
+            let other_row = agents.led.binary_search(&other).ok();
+            let is_friend = other_row.is_some_and(|it| self.groups.are_together(row, it));
+            let comes = moves.dot(velocity) < -0.3 && way.dot(*wanted) > 0.0;
+            is_met |= comes && way.normalize_or_zero().dot(wanted.normalize_or_zero()) > 0.9;
+            // Walkers that this planner does not lead avoid no one.
+            let share = if other_row.is_some() { 0.5 } else { 1.0 };
+            let space_m = if is_friend { 0.0 } else { SPACE_M };
+            near.push((
+                way.length_squared(),
+                other,
+                Disc {
+                    at: way,
+                    velocity: moves,
+                    radius_m: radius_m + agents.body[index].half_width_m + space_m,
+                    share,
+                    horizon_s: HORIZON_S,
+                },
+            ));
+        }
+        near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        near.truncate(NEIGHBOURS_MAX);
+        let mut discs = self.bodies_near(at, radius_m);
+        discs.extend(near.into_iter().map(|(.., disc)| disc));
+        if is_met {
+            *wanted -= wanted.perp() * RIGHT;
+        }
+        discs
+    }
+
+    /// Returns the discs of vehicles and props: a row along each body.
+    fn bodies_near(&self, at: Vec2, radius_m: f32) -> Vec<Disc> {
+        let agents = self.view.agents;
+        let mut discs = Vec::new();
+        for other in self.bodies.near(at, NEAR_M + agents.reach_max_m) {
+            let index = other as usize;
+            let (body, forward) = (agents.body[index], agents.forward[index]);
+            let way = agents.position[index].truncate() - at;
+            if way.length() > NEAR_M + body.front_m.max(body.rear_m) {
+                continue;
+            }
+            let half_m = body.half_width_m.max(0.1);
+            // The discs touch each other, so that none fits between them.
+            let (front, rear) = (body.front_m - half_m, half_m - body.rear_m);
+            let count = (((front - rear) / (1.2 * half_m)).ceil().clamp(0.0, 16.0)) as usize;
+            for step in 0..=count {
+                let along = rear + (front - rear) * (step as f32 / count.max(1) as f32);
+                let to = way + forward * along.clamp(rear.min(front), front.max(rear));
+                if to.length_squared() < NEAR_M * NEAR_M {
+                    discs.push(Disc {
+                        at: to,
+                        velocity: agents.velocity[index],
+                        radius_m: radius_m + half_m + BODY_SPACE_M,
+                        share: 1.0,
+                        horizon_s: BODY_HORIZON_S,
+                    });
+                }
+            }
+        }
+        discs
+    }
+}
+
+impl Disc {
+    /// Returns the velocities that keep a walker with this velocity off the disc (section 4 of the
+    /// paper).
+    fn plane(&self, velocity: Vec2) -> HalfPlane {
+        let relative = velocity - self.velocity;
+        let (far, radius) = (self.at.length_squared(), self.radius_m);
+        let cut_off = |time_s: f32| {
+            let from_center = relative - self.at / time_s;
+            let length = from_center.length();
+            // Two walkers in one place part along x.
+            let outwards = from_center.try_normalize().unwrap_or(Vec2::X);
+            (outwards, outwards * (radius / time_s - length))
+        };
+        let (normal_direction, change) = if far <= radius * radius {
+            let (outwards, change) = cut_off(OVERLAP_S);
+            (-outwards.perp(), change)
+        } else {
+            let from_center = relative - self.at / self.horizon_s;
+            let along = from_center.dot(self.at);
+            if along < 0.0 && along * along > radius * radius * from_center.length_squared() {
+                let (outwards, change) = cut_off(self.horizon_s);
+                (-outwards.perp(), change)
+            } else {
+                let leg = (far - radius * radius).sqrt();
+                let at = self.at;
+                let direction = if at.perp_dot(from_center) > 0.0 {
+                    Vec2::new(at.x * leg - at.y * radius, at.x * radius + at.y * leg) / far
+                } else {
+                    -Vec2::new(at.x * leg + at.y * radius, -at.x * radius + at.y * leg) / far
+                };
+                (direction, direction * relative.dot(direction) - relative)
+            }
+        };
+        HalfPlane { point: velocity + change * self.share, direction: normal_direction }
+    }
+}
