@@ -59,7 +59,11 @@ impl Lamp {
 }
 
 /// Lamps of one cell of the grid; [`NONE`] is an empty entry, behind the others.
-pub(crate) type Cell = [u32; 8];
+pub(crate) type Cell = [u32; CELL_LAMPS];
+
+/// Lamps of a cell at most. A lamp that is dropped from a cell leaves an edge on the ground where it is the only
+/// one that the camera sees mirrored, so that a cell between two rows of vehicles has room for those.
+const CELL_LAMPS: usize = 16;
 
 /// Lamps of a frame, and for each cell of a horizontal grid those that illuminate it most.
 #[derive(Clone, Debug, Default)]
@@ -136,8 +140,8 @@ impl LampGrid {
         self.side = ((high - low).max_element() / CELLS_MAX).max(SIDE_MIN_M);
         let [columns, rows] = ((high - low) / self.side).to_array().map(|n| n as u32 + 1);
         (self.columns, self.rows) = (columns, rows);
-        self.cells = vec![[NONE; 8]; (columns * rows) as usize];
-        let mut strengths = vec![[0.0f32; 8]; self.cells.len()];
+        self.cells = vec![[NONE; CELL_LAMPS]; (columns * rows) as usize];
+        let mut strengths = vec![[0.0f32; CELL_LAMPS]; self.cells.len()];
         for (lamp, number) in self.lamps.iter().zip(0..) {
             let center = at(lamp) - low;
             let bound = |v: Vec2| (v / self.side).max(Vec2::ZERO).to_array().map(|n| n as u32);
@@ -163,7 +167,7 @@ impl LampGrid {
 }
 
 /// Inserts a lamp in the order of falling strength; the weakest is dropped from a full cell.
-fn insert(cell: &mut Cell, strengths: &mut [f32; 8], mut number: u32, mut strength: f32) {
+fn insert(cell: &mut Cell, strengths: &mut [f32; CELL_LAMPS], mut number: u32, mut strength: f32) {
     for (entry, own) in cell.iter_mut().zip(strengths) {
         if *entry == NONE || strength > *own {
             std::mem::swap(entry, &mut number);

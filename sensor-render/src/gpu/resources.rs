@@ -204,7 +204,7 @@ impl GpuResources {
     /// Uploads the lamps: corner and cells per metre, columns, rows and offset of the lamps, then the
     /// cells, then the lamps.
     fn upload_lamps(&mut self, gpu: &Gpu, grid: &LampGrid) {
-        let lamps = 2 + grid.cells.len() * 2;
+        let lamps = 2 + size_of_val(&grid.cells[..]) / 16;
         let place = [grid.low.x, grid.low.y, 1.0 / grid.side.max(1.0), 0.0];
         let counts = [grid.columns, grid.rows, lamps as u32, 0];
         let parts: [&[u8]; 4] = [

@@ -4,7 +4,7 @@ const STREET = 0u;
 const LOW_BEAM = 1u;
 const DIFFUSE = 3u;
 
-// A corner and cells per metre; columns, rows and the offset of the lamps; two vectors for each cell of
+// A corner and cells per metre; columns, rows and the offset of the lamps; four vectors for each cell of
 // the grid; three for each lamp. See LampGrid in lamps.rs.
 @group(0) @binding(15) var<storage, read> lamps: array<vec4u>;
 
@@ -25,9 +25,9 @@ fn lamplight_of(
     if (any(cell < vec2f(0.0)) || any(cell >= vec2f(size))) {
         return light;
     }
-    let first = 2u + (u32(cell.y) * size.x + u32(cell.x)) * 2u;
+    let first = 2u + (u32(cell.y) * size.x + u32(cell.x)) * 4u;
     var best = 0.0;
-    for (var entry = 0u; entry < 8u; entry++) {
+    for (var entry = 0u; entry < 16u; entry++) {
         let number = lamps[first + entry / 4u][entry % 4u];
         if (number == NONE) {
             break;

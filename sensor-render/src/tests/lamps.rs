@@ -99,6 +99,27 @@ fn car() -> Mesh {
 }
 
 #[test]
+fn each_of_fourteen_lamps_at_one_place_counts() {
+    let by = |count: u32| {
+        let mut mesh = road();
+        for object in 1..=count {
+            let lens = Face::new(Tag::Pole, Material::LampWhite, object);
+            let x = object as f32 * 0.3;
+            block(&mut mesh, [x, -0.1, 8.0], [x + 0.2, 0.1, 8.1], lens);
+        }
+        let scene = Scene::new(&mesh, &[]).unwrap();
+        let mut world = world_with(&scene, &[]);
+        at_night(&mut world);
+        let [lit, dark] = brightness(&scene, &world, &[[2.0, 26.0], [2.0, 80.0]])[..] else {
+            unreachable!()
+        };
+        lit - dark
+    };
+    let (seven, fourteen) = (by(7), by(14));
+    assert!(fourteen > 1.5 * seven, "{seven} {fourteen}");
+}
+
+#[test]
 fn headlamps_illuminate_the_road_ahead_of_a_car_that_drives() {
     let scene = Scene::new(&road(), &[BlueprintMesh { mesh: &car() }]).unwrap();
     let pose = Pose::level(Vec3::ZERO, std::f32::consts::FRAC_PI_2);
