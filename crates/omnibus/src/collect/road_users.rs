@@ -101,6 +101,7 @@ impl RoadUsers {
         cast: &Cast,
     ) -> Result<(RoadUsers, SpawnedActors), CollectError> {
         set_drivers(client, &cast.traffic)?;
+        client.set_traffic_param(ActorId::NONE, TrafficParam::AutomaticLights(true))?;
         let network = client.map()?;
         let places = client.spawn_points()?;
         let mut order = shuffled(places.clone(), cast.seed);
