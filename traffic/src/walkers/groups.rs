@@ -18,7 +18,7 @@ const CORRECTION_S: f32 = 0.9;
 /// How much faster than its own speed a companion walks to catch up.
 const HURRY: f32 = 1.4;
 
-/// Who goes with whom, in rows of the table.
+/// Groups: which walkers go with which, in rows of the table.
 #[derive(Default)]
 pub(super) struct Groups {
     leader: Vec<Option<usize>>,
@@ -27,13 +27,13 @@ pub(super) struct Groups {
     /// By row: whether it is far from its leader, or something lies between them.
     lost: Vec<bool>,
     /// By row: what part of its speed a leader walks.
-    patience: Vec<f32>,
+    share: Vec<f32>,
     /// By row of a leader: the speed of the slowest of its group.
     speed_mps: Vec<f32>,
 }
 
 impl Groups {
-    /// Reads who goes with whom.
+    /// Reads which walkers go with which.
     pub(super) fn find(
         &mut self,
         table: &WalkerTable,
@@ -53,8 +53,8 @@ impl Groups {
         self.nth.resize(count, 0);
         self.lost.clear();
         self.lost.resize(count, false);
-        self.patience.clear();
-        self.patience.resize(count, 1.0);
+        self.share.clear();
+        self.share.resize(count, 1.0);
         self.speed_mps.clear();
         self.speed_mps.extend((0..count).map(|row| pace::speed(view, table.id(row))));
         let mut companions = vec![0; count];
@@ -66,18 +66,19 @@ impl Groups {
             companions[leader] += 1;
             let apart_m = at(row).distance(at(leader));
             // The ground between both must be free, or they would wait for each other around a corner.
-            let sees = |on: (u32, Vec2)| {
+            let is_connected = |on: (u32, Vec2)| {
                 let (_, there) = view.ground.surface.step(on.0, on.1, at(leader), |_| true);
                 there.distance(at(leader)) < 0.5
             };
-            self.lost[row] = apart_m > LOST_M || apart_m > SLOWS_M && !standing.is_some_and(sees);
-            let patience = match apart_m {
+            self.lost[row] =
+                apart_m > LOST_M || apart_m > SLOWS_M && !standing.is_some_and(is_connected);
+            let share = match apart_m {
                 m if m > LEFT_M => 1.0,
                 m if m > STOPS_M => 0.0,
                 m if m > SLOWS_M => 0.6,
                 _ => 1.0,
             };
-            self.patience[leader] = self.patience[leader].min(patience);
+            self.share[leader] = self.share[leader].min(share);
             self.speed_mps[leader] = self.speed_mps[leader].min(self.speed_mps[row]);
         }
     }
@@ -99,7 +100,7 @@ impl Groups {
 
     /// Returns the speed at which a walker walks so that its companions keep up.
     pub(super) fn patient_speed_mps(&self, row: usize) -> f32 {
-        self.speed_mps[row] * self.patience[row]
+        self.speed_mps[row] * self.share[row]
     }
 
     /// Whether two walkers belong to one group.
