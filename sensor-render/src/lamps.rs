@@ -61,8 +61,8 @@ impl Lamp {
 /// Lamps of one cell of the grid; [`NONE`] is an empty entry, behind the others.
 pub(crate) type Cell = [u32; CELL_LAMPS];
 
-/// Lamps of a cell at most. A lamp that is dropped from a cell leaves an edge on the ground where it is the only
-/// one that the camera sees mirrored, so that a cell between two rows of vehicles has room for those.
+/// Lamps of a cell at most: a street with lamps and vehicles on both sides has more than eight, and one that is
+/// dropped leaves an edge in the light on the ground.
 const CELL_LAMPS: usize = 16;
 
 /// Lamps of a frame, and for each cell of a horizontal grid those that illuminate it most.
