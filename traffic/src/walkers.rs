@@ -37,7 +37,7 @@ use crate::{
 const RETURN_M: f32 = 30.0;
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
-/// Time and distance within which a vehicle reckons with a walker that crosses towards its lane.
+/// Distance before the middle of a lane from which on a walker that crosses towards it claims it. Metres.
 const CLAIM_M: f32 = 9.0;
 /// Distance beyond the middle of a lane up to which a walker claims it. Metres.
 const CLEARED_M: f32 = 1.7;
