@@ -179,6 +179,8 @@ impl Instance {
     }
 
     fn remove(&self) {
+        // First, so that what a process creates from now on is removed by that process: see `node`.
+        let _ = fs::remove_file(self.control_path());
         for file in self.segments() {
             let _ = fs::remove_file(file);
         }
@@ -259,13 +261,31 @@ impl Instance {
     }
 
     /// Opens a node; `in_process`: on the heap of this process instead of shared memory.
+    /// Fails with [`BusError::HostEnds`] when the host has removed the instance, and leaves no file then.
     pub fn node(&self, name: &str, in_process: bool) -> Result<BusNode, BusError> {
-        BusNode::new(name, &self.config(), in_process)
+        let node = BusNode::new(name, &self.config(), in_process);
+        if self.control_path().exists() {
+            return node;
+        }
+        drop(node);
+        // The transport creates its counter of nodes and its folders where they are missing, and never
+        // removes them. A host that starts under this name meanwhile can do without the counter.
+        let is_counter = |path: &PathBuf| path.extension().is_some_and(|e| e == "global_mgmt");
+        for counter in self.segments().into_iter().filter(is_counter) {
+            let _ = fs::remove_file(counter);
+        }
+        let _ = fs::remove_dir(self.root().join("nodes"));
+        let _ = fs::remove_dir(self.root());
+        Err(BusError::HostEnds)
+    }
+
+    fn control_path(&self) -> PathBuf {
+        self.root().join("control")
     }
 
     /// Maps the control page and checks it.
     pub fn control(&self) -> Result<ControlPageMapping, BusError> {
-        let path = self.root().join("control");
+        let path = self.control_path();
         let map =
             || ControlPageMapping::map(&OpenOptions::new().read(true).write(true).open(&path)?);
         let control = map().map_err(|e| error(format!("{}: {e}", path.display())))?;
@@ -336,7 +356,7 @@ impl OwnedInstance {
 
     /// The blank control page, for the host to initialise.
     pub fn control(&self) -> Result<ControlPageMapping, BusError> {
-        let path = self.instance.root().join("control");
+        let path = self.instance.control_path();
         let map =
             || ControlPageMapping::map(&OpenOptions::new().read(true).write(true).open(&path)?);
         map().map_err(|e| error(format!("{}: {e}", path.display())))
@@ -425,6 +445,15 @@ mod tests {
         assert_eq!(instance.sweep_stuck_nodes(&[pid]), 0);
         assert_eq!(instance.sweep_stuck_nodes(&[]), 1);
         assert!(node(own).exists() && !node(ended).exists());
+    }
+
+    #[test]
+    fn a_node_that_is_opened_after_the_end_of_the_host_leaves_no_file() {
+        let host = Instance::create(Some(&format!("e{}", std::process::id()))).unwrap();
+        let instance = host.instance.clone();
+        drop(host);
+        assert!(matches!(instance.node("late", false), Err(BusError::HostEnds)));
+        assert_eq!((instance.segments(), instance.root().exists()), (vec![], false));
     }
 
     #[test]
