@@ -1,5 +1,7 @@
 use std::path::PathBuf;
 
+use mcap::McapError;
+
 /// Why a recording cannot be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum RecordError {
@@ -62,7 +64,7 @@ pub enum RecordError {
     },
     /// The MCAP container is faulty.
     #[error("MCAP: {0}")]
-    Container(#[from] mcap::McapError),
+    Container(#[from] McapError),
     /// The writer thread ended early.
     #[error("the recording ended early: {0}")]
     Ended(String),
@@ -80,8 +82,29 @@ impl RecordError {
     /// Names the file if the file system reported the error to the container.
     pub(crate) fn at(self, path: &std::path::Path) -> RecordError {
         match self {
-            RecordError::Container(mcap::McapError::Io(why)) => RecordError::file(path, why),
+            RecordError::Container(McapError::Io(why)) => RecordError::file(path, why),
+            // The container writes some records field by field, such as the header of a chunk, and
+            // reports an error there as one of parsing.
+            RecordError::Container(McapError::Parse(binrw::Error::Io(why))) => {
+                RecordError::file(path, why)
+            }
             other => other,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{io, path::Path};
+
+    use super::*;
+
+    #[test]
+    fn a_full_disk_is_named_wherever_the_container_meets_it() {
+        let full = || io::Error::from_raw_os_error(28);
+        for error in [McapError::Io(full()), McapError::Parse(binrw::Error::Io(full()))] {
+            let said = RecordError::from(error).at(Path::new("a.mcap")).to_string();
+            assert_eq!(said, "a.mcap: No space left on device (os error 28)");
         }
     }
 }
