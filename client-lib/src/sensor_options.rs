@@ -126,7 +126,7 @@ options! {
         /// Full angle of the cone of a beam, radians, at most 0.1; 0: a ray. A wide beam has seven rays and
         /// can have several returns.
         divergence_rad: f32,
-        /// Whether fog and rain of the simulated weather attenuate pulses and reflect them.
+        /// Whether fog, rain and spray of the simulated weather attenuate pulses and reflect them.
         weather: bool,
         /// The fourth number of a point.
         point_attribute: PointAttribute,

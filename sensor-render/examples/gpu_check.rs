@@ -355,6 +355,7 @@ fn compare(
     let mut cpu = Tracer::Cpu(CpuTracer::new(0)?);
     let mut differ = [0u64; 6];
     let mut pairs_of_ids: BTreeMap<[u32; 2], u64> = BTreeMap::new();
+    let mut points = Vec::new();
     let mut of = [0u64; 6];
     for index in 0..8 {
         let sensors = vec![sample::camera("front", 640, 480), sample::lidar("roof", 512, 32)];
@@ -376,6 +377,10 @@ fn compare(
                     let ids = [a, b].map(|id| u32::from_le_bytes([id[0], id[1], id[2], id[3]]));
                     *pairs_of_ids.entry(ids).or_default() += 1;
                 }
+                if plane.output == output::POINTS {
+                    let [a, b] = [a, b].map(bytemuck::pod_read_unaligned::<[f32; 4]>);
+                    points.push(format!("pose {index}: {a:?} on the CPU, {b:?} on the GPU"));
+                }
             }
         }
     }
@@ -392,6 +397,7 @@ fn compare(
         for ([by_cpu, by_gpu], count) in often.into_iter().take(12) {
             println!("    {count} x {by_cpu:#x} on the CPU, {by_gpu:#x} on the GPU");
         }
+        points.iter().take(24).for_each(|point| println!("    {point}"));
     }
     Ok(right)
 }

@@ -1,7 +1,8 @@
 //! Renders street poses of a town into PNG pictures:
 //! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]
-//! [pinhole|brown-conrady|fisheye] [EFFECTS,…]`, with the names of effects in sample/mod.rs. The camera has driven
-//! 1 m and turned since the frame before.
+//! [pinhole|brown-conrady|fisheye] [EFFECTS,…]`, with the names of effects in sample/mod.rs. A pose is a number, or
+//! the id of a vehicle, which stands in front of the camera of pose 0. The camera has driven 1 m and turned since
+//! the frame before.
 
 mod sample;
 
@@ -34,8 +35,23 @@ fn main() -> Result<(), Box<dyn Error>> {
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let weather = weather(weather_name);
         for pose in argument(3, "0,1,2,3").split(',') {
-            let pose: usize = pose.parse()?;
-            let stand = town.street_pose(pose);
+            let vehicle = town::blueprint(pose);
+            let stand = town.street_pose(if vehicle.is_some() { 0 } else { pose.parse()? });
+            let shown = vehicle.into_iter().flat_map(|(blueprint, one)| {
+                let turned = [(2.6, 200.0f32, 1, 0x1816b0), (-2.6, -22.0, 2, 0x827c78)];
+                turned.map(|(left, yaw_deg, id, color)| ActorState {
+                    actor_id: ActorId(2_000_000 + id),
+                    blueprint,
+                    kind: protocol::kind::VEHICLE,
+                    pose: stand.then(&Pose::new(
+                        Vec3::new(3.5 + one.half_extents_m.x, left, -1.7),
+                        Quat::from_rotation_z(yaw_deg.to_radians()),
+                    )),
+                    color,
+                    ..Default::default()
+                })
+            });
+            let actors = [&actors[..], &shown.collect::<Vec<_>>()].concat();
             let back = Pose::new(Vec3::new(-1.0, 0.0, 0.0), Quat::from_rotation_z(0.03));
             let [now, before] = [stand, stand.then(&back)].map(|pose| {
                 let id = ActorId(1_000_000);

@@ -13,6 +13,7 @@ mod overlay_raster;
 mod pattern;
 mod rain;
 mod ray_packet;
+mod room;
 mod shade;
 mod shadow;
 mod single_ray;
@@ -22,6 +23,7 @@ mod surface_materials;
 mod tests;
 mod traversal;
 mod wear;
+mod wet;
 
 use camera::CameraRows;
 use develop::Film;

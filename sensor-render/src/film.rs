@@ -11,7 +11,7 @@ use protocol::{EffectsSpec, exposure};
 use crate::light::Light;
 use crate::rays::{Camera, View};
 use crate::time_slices::RAYS_MAX;
-use crate::tone_curve::{CURVE, table};
+use crate::tone_curve::{CURVE, muted, table};
 use crate::white_balance;
 
 /// Most cells along the longer side of an image.
@@ -84,7 +84,9 @@ pub(crate) struct Development {
     pub(crate) balance: [[f32; 4]; 3],
     /// The tone curve; see [`crate::tone_curve::table`].
     pub(crate) curve: [f32; CURVE],
-    pub(crate) reserved: [f32; 3],
+    /// Share of the way that values of a pixel move towards their luma.
+    pub(crate) muted: f32,
+    pub(crate) reserved: [f32; 2],
     /// Shutter: differences of the previous view from this one, position and axes; w of the first two:
     /// the share of the way there in row 0, and what each further row adds.
     pub(crate) to_before: [[f32; 4]; 4],
@@ -126,7 +128,8 @@ impl Development {
         let grid = [camera.width, camera.height].map(|pixels| pixels.div_ceil(side));
         let width = or(effects.bloom_radius, EffectsSpec::BLOOM_RADIUS) * camera.width as f32;
         let temperature_k = or(effects.temperature_k, EffectsSpec::TEMPERATURE_K);
-        let balance = white_balance::matrix(temperature_k, effects.tint).transpose();
+        let balance = white_balance::matrix(temperature_k, effects.tint);
+        let balance = balance.transpose();
         Some(Development {
             exposure,
             exposure_min: exposure_of(ev_max) * brighter,
@@ -147,7 +150,8 @@ impl Development {
             balance: [balance.x_axis, balance.y_axis, balance.z_axis]
                 .map(|row| row.extend(0.0).to_array()),
             curve: table(effects),
-            reserved: [0.0; 3],
+            muted: muted(effects),
+            reserved: [0.0; 2],
             to_before: shutter.map_or([[0.0; 4]; 4], |shutter| {
                 let View { origin, forward, right, down } = shutter.to_before;
                 [(origin, shutter.first), (forward, shutter.step), (right, 0.0), (down, 0.0)]

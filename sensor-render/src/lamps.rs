@@ -42,14 +42,24 @@ pub(crate) struct Lamp {
 }
 
 impl Lamp {
-    /// Returns the approximate share of its intensity that a lamp sends to a cell: `middle` leads from it to
-    /// the middle of the cell, `away` to the nearest point, both horizontally.
-    fn share_towards(&self, middle: Vec2, away: Vec2) -> f32 {
-        let ahead = Vec2::new(self.direction[0], self.direction[1]);
+    /// Returns the approximate largest irradiance in a cell, over the intensity: `to_corner` leads from the lamp
+    /// to the lower left corner, `away` to the nearest point, both horizontally.
+    fn share_in(&self, to_corner: Vec2, side: f32, away: Vec2) -> f32 {
+        // A lamp hangs a few metres above the surfaces.
+        let at = |to: Vec2| self.share_towards(to) / (to.length_squared() + 25.0);
         if self.kind == kind::STREET || away == Vec2::ZERO {
-            return 1.0;
+            return 1.0 / (away.length_squared() + 25.0);
         }
-        let along = ahead.dot(middle.normalize_or_zero()).max(0.0);
+        // The middle of a cell beside a beam may be dark where a corner is bright.
+        let shares = [0.0, 0.5, 1.0];
+        let places = shares.into_iter().flat_map(|x| shares.map(|y| Vec2::new(x, y)));
+        places.map(|share| at(to_corner + share * side)).fold(at(away), f32::max)
+    }
+
+    /// Returns the approximate share of its intensity that a lamp sends in a horizontal direction.
+    fn share_towards(&self, to: Vec2) -> f32 {
+        let ahead = Vec2::new(self.direction[0], self.direction[1]);
+        let along = ahead.dot(to.normalize_or_zero()).max(0.0);
         let squared = along * along;
         match self.kind {
             kind::DIFFUSE => along,
@@ -151,13 +161,11 @@ impl LampGrid {
             for row in bottom..=top.min(rows - 1) {
                 for column in left..=right.min(columns - 1) {
                     let corner = Vec2::new(column as f32, row as f32) * self.side;
-                    let away = center - center.clamp(corner, corner + self.side);
+                    let away = center.clamp(corner, corner + self.side) - center;
                     if away.length() >= lamp.reach {
                         continue;
                     }
-                    // A lamp hangs a few metres above the surfaces.
-                    let strength = brightness / (away.length_squared() + 25.0)
-                        * lamp.share_towards(corner + 0.5 * self.side - center, away);
+                    let strength = brightness * lamp.share_in(corner - center, self.side, away);
                     let cell = (row * columns + column) as usize;
                     insert(&mut self.cells[cell], &mut strengths[cell], number, strength);
                 }
@@ -310,4 +318,37 @@ fn blas_triangles(scene: &Scene, blas: &Blas) -> Vec<u32> {
     }
     triangles.sort_unstable();
     triangles
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lamp(kind: u32, [x, y]: [f32; 2], direction: Vec3, intensity: f32, reach: f32) -> Lamp {
+        Lamp {
+            position: [x, y, 0.6],
+            kind,
+            direction: direction.to_array(),
+            reach,
+            intensity: [intensity; 3],
+            reserved: 0,
+        }
+    }
+
+    #[test]
+    fn a_beam_that_grazes_a_cell_is_among_its_lamps() {
+        // The grid begins at x = -110, with a cell from x = 2 to 18 beside a beam along y at x = 1.5.
+        let mut lamps = vec![
+            lamp(kind::DIFFUSE, [-100.0, 0.0], Vec3::NEG_Z, 1.0, 10.0),
+            lamp(kind::LOW_BEAM, [1.5, 0.0], Vec3::Y, 50.0, 70.0),
+        ];
+        let weak = |at: u32| lamp(kind::DIFFUSE, [9.0, at as f32 * 0.2], Vec3::NEG_Z, 1.0, 10.0);
+        lamps.extend((0..20).map(weak));
+        let mut grid = LampGrid { lamps, ..LampGrid::default() };
+        grid.assign();
+        assert_eq!((grid.low, grid.side), (Vec2::new(-110.0, -70.0), 16.0));
+        let at = ((Vec2::new(2.5, 5.0) - grid.low) / grid.side).floor();
+        let cell = grid.cells[(at.y as u32 * grid.columns + at.x as u32) as usize];
+        assert!(cell.contains(&1), "{cell:?}");
+    }
 }

@@ -4,6 +4,8 @@ use protocol::{SensorSpec, Weather, lidar_flag};
 
 use crate::lidar_air::{Air, BLIND_M};
 use crate::lidar_return::{LidarReturn, Receiver, mixed, normal};
+use crate::lidar_spray::{CLUMP_REFLECTIVITY, Spray};
+use crate::rain::Puff;
 
 /// Rays of a beam with a width.
 pub(crate) const SUB_RAYS: usize = 7;
@@ -25,6 +27,8 @@ pub(crate) struct Echoes {
     pub(crate) ring: f32,
     /// All 0: clear air.
     pub(crate) air: Air,
+    /// No puffs: there is none.
+    pub(crate) spray: Spray,
 }
 
 /// What one ray of a beam met.
@@ -56,8 +60,8 @@ struct Echo {
 pub(crate) type LabelledReturn = (LidarReturn, [u32; 2]);
 
 impl Echoes {
-    /// Returns the echoes of a lidar in a weather.
-    pub(crate) fn of(spec: &SensorSpec, weather: &Weather) -> Echoes {
+    /// Returns the echoes of a lidar at `origin`.
+    pub(crate) fn of(spec: &SensorSpec, weather: &Weather, puffs: &[Puff], origin: Vec3) -> Echoes {
         let is_wide = spec.lidar.divergence_rad > 0.0;
         Echoes {
             rays: if is_wide { SUB_RAYS as u32 } else { 1 },
@@ -66,6 +70,7 @@ impl Echoes {
                 true => Air::of(spec, weather),
                 false => Air::default(),
             },
+            spray: Spray::of(spec, puffs, origin),
         }
     }
 
@@ -85,11 +90,13 @@ impl Echoes {
     }
 
     /// Returns the strongest return of beam number `beam` and the last one, or if that is the strongest
-    /// the second strongest. `met` are the surfaces that its rays met.
+    /// the second strongest. `axis` is its origin and its direction in world space, `met` are the surfaces that
+    /// its rays met.
     pub(crate) fn returns(
         &self,
         receiver: &Receiver,
         beam: u32,
+        axis: [Vec3; 2],
         met: &mut [Met],
     ) -> [Option<LabelledReturn>; 2] {
         let start = mixed(receiver.seed ^ beam);
@@ -103,7 +110,7 @@ impl Echoes {
         let mut first = 0;
         for end in 1..=met.len() {
             if end == met.len() || met[end].t - met[end - 1].t > ECHO_M {
-                best.consider(self.of_surface(&met[first..end], weight));
+                best.consider(self.of_surface(axis, &met[first..end], weight));
                 first = end;
             }
         }
@@ -116,6 +123,12 @@ impl Echoes {
             if distance_m >= BLIND_M && distance_m < nearest_m {
                 best.consider(of_air(distance_m, power));
             }
+        }
+        let clump = self.spray.first_clump(axis, nearest_m, |puff| word(9 + puff));
+        if let Some(distance_m) = clump.filter(|distance_m| *distance_m >= BLIND_M) {
+            let through = (-2.0 * self.air.extinction_per_m * distance_m).exp();
+            let power = CLUMP_REFLECTIVITY * through / (distance_m * distance_m);
+            best.consider(of_air(distance_m, power));
         }
         let noise = |a: u32, b: u32| normal(a, b) * receiver.noise_m;
         let received = |echo: Echo, noise_m: f32| {
@@ -138,7 +151,7 @@ impl Echoes {
 
     /// Returns the echo of neighbouring returns of a beam, each of which has this share of it.
     #[inline(always)]
-    fn of_surface(&self, met: &[Met], weight: f32) -> Echo {
+    fn of_surface(&self, axis: [Vec3; 2], met: &[Met], weight: f32) -> Echo {
         let (mut sum, mut moment, mut brightest) = (0.0, 0.0, met[0]);
         for one in met {
             sum += one.reflectivity;
@@ -148,7 +161,8 @@ impl Echoes {
             }
         }
         let distance_m = if met.len() == 1 || sum == 0.0 { met[0].t } else { moment / sum };
-        let through = (-2.0 * self.air.extinction_per_m * distance_m).exp();
+        let in_spray = self.spray.optical_depth(axis, distance_m);
+        let through = (-2.0 * (self.air.extinction_per_m * distance_m + in_spray)).exp();
         let reflectivity = sum * weight * through;
         Echo {
             distance_m,
@@ -182,7 +196,7 @@ const HEXAGON: [[f32; 2]; SUB_RAYS - 1] = [
     [0.5, -0.866_025_4],
 ];
 
-/// Returns the echo of fog or of a drop, which is from no object. Its intensity is that of a surface
+/// Returns the echo of fog, of a drop or of spray, which is from no object. Its intensity is that of a surface
 /// with the same power in clear air.
 fn of_air(distance_m: f32, power: f32) -> Echo {
     let reflectivity = power * distance_m * distance_m;

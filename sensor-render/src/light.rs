@@ -70,8 +70,9 @@ impl Light {
         let horizon = grey(Vec3::new(0.70, 0.81, 0.95), 0.72);
         let glow = Vec3::new(1.0, 0.62, 0.35);
         let horizon = horizon.lerp(glow, 0.55 * low * day * (1.0 - overcast));
-        let night_zenith = Vec3::new(0.006, 0.009, 0.02);
-        let night_horizon = Vec3::new(0.022, 0.024, 0.035);
+        // Haze above a town scatters the light of its lamps.
+        let night_zenith = Vec3::new(0.0075, 0.0095, 0.0165);
+        let night_horizon = Vec3::new(0.040, 0.035, 0.036);
         let zenith = night_zenith.lerp(zenith, day);
         let horizon = night_horizon.lerp(horizon, day);
 

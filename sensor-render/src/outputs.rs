@@ -122,7 +122,7 @@ pub(crate) fn ray_generator(
             lidar.follow(spec, world.delta_nanos, moved);
         }
         if has_echoes(spec) {
-            lidar.echoes = Some(Echoes::of(spec, &world.weather));
+            lidar.echoes = Some(Echoes::of(spec, &world.weather, &world.puffs, lidar.origin));
         }
     }
     Ok(sensor)

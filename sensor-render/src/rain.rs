@@ -1,4 +1,4 @@
-//! Falling drops and the spray of wheels, as a camera sees them.
+//! Falling drops and the spray of wheels, as cameras see them; lidars see the same spray (`lidar_spray.rs`).
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -33,7 +33,7 @@ const SPRAY_MPS: [f32; 2] = [6.0, 28.0];
 /// Extinction in the middle of the densest spray, 1/m.
 const SPRAY_PER_M: f32 = 1.4;
 
-/// Puffs that a camera sees at most: the nearest.
+/// Puffs that a sensor sees at most: the nearest.
 pub(crate) const PUFFS_MAX: usize = 8;
 
 /// Distance from which on spray is left out, metres.
@@ -83,6 +83,53 @@ impl Puff {
             per_width: 1.0 / width,
         })
     }
+
+    /// Returns the optical depth along a ray of unit direction up to `distance_m`.
+    ///
+    /// With k² = 1 + the square of the distance of the ray from the middle and x along the ray from the point
+    /// nearest to it, both in half axes, the integral of (k² + x²)^(−7/2) is (u − 2u³/3 + u⁵/5) / k⁶ with
+    /// u = x / √(k² + x²).
+    #[inline(always)]
+    pub(crate) fn optical_depth(&self, origin: Vec3, direction: Vec3, distance_m: f32) -> f32 {
+        let from = self.in_half_axes(origin - Vec3::from(self.center));
+        let along = self.in_half_axes(direction);
+        let stretch = along.length_squared().sqrt();
+        let near = from.dot(along) / stretch;
+        let apart = (from.length_squared() - near * near).max(0.0) + 1.0;
+        let primitive = |x: f32| {
+            let u = x / (apart + x * x).sqrt();
+            let square = u * u;
+            u * (1.0 + square * (square * 0.2 - 2.0 / 3.0))
+        };
+        let sum = primitive(near + distance_m * stretch) - primitive(near);
+        sum * self.density_per_m / (stretch * apart * apart * apart)
+    }
+
+    /// Returns a vector along the axes of the puff, in their units.
+    #[inline(always)]
+    fn in_half_axes(&self, v: Vec3) -> Vec3 {
+        let [x, y] = self.along;
+        Vec3::new(
+            (v.x * x + v.y * y) * self.per_length,
+            (v.y * x - v.x * y) * self.per_width,
+            v.z * self.per_width / FLATNESS,
+        )
+    }
+}
+
+/// Returns the puffs nearest to a sensor, and their number.
+pub(crate) fn nearest(puffs: &[Puff], origin: Vec3) -> ([Puff; PUFFS_MAX], u32) {
+    let away = |puff: &Puff| Vec3::from(puff.center).distance_squared(origin);
+    let mut near: Vec<&Puff> =
+        puffs.iter().filter(|puff| away(puff) < SPRAY_FAR_M * SPRAY_FAR_M).collect();
+    near.sort_by(|a, b| away(a).total_cmp(&away(b)));
+    let mut found = [Puff::default(); PUFFS_MAX];
+    let mut count = 0;
+    for (own, puff) in found.iter_mut().zip(near) {
+        *own = *puff;
+        count += 1;
+    }
+    (found, count)
 }
 
 /// Rain and spray that a camera sees. The shaders read the same bytes.
@@ -137,14 +184,7 @@ impl Rainfall {
                 (drops / DROPS_PER_CELL as f32).min(1.0)
             });
         }
-        let away = |puff: &Puff| Vec3::from(puff.center).distance_squared(origin);
-        let mut near: Vec<&Puff> =
-            puffs.iter().filter(|puff| away(puff) < SPRAY_FAR_M * SPRAY_FAR_M).collect();
-        near.sort_by(|a, b| away(a).total_cmp(&away(b)));
-        for (own, puff) in rainfall.puffs.iter_mut().zip(near) {
-            *own = *puff;
-            rainfall.count += 1;
-        }
+        (rainfall.puffs, rainfall.count) = nearest(puffs, origin);
         rainfall
     }
 

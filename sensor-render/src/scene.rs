@@ -3,7 +3,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use bytemuck::{Pod, Zeroable};
 use glam::{Quat, Vec3};
-use mesh::Mesh;
+use mesh::{Material, Mesh};
 use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
 use town::{Geometry, Plant, Rig};
@@ -11,7 +11,7 @@ use town::{Geometry, Plant, Rig};
 use crate::{
     bvh::{Hierarchy, Link, Node},
     parallel_build::over_triangles,
-    smooth::{CornerNormals, corner_normals},
+    smooth::{CornerNormals, FLAT, corner_normals},
     triangle::Triangle,
     wall::{Wall, find_walls},
     wide::{WideNode, widen},
@@ -128,9 +128,9 @@ pub struct Scene {
     /// the smallest plant. Bounds rounding errors.
     pub(crate) reach: f32,
     pub(crate) triangles: Vec<Triangle>,
-    /// Normals at the corners of the triangles of the blueprints.
+    /// Normals at the corners of the triangles of the models of plants and of the blueprints.
     pub(crate) smooth: Vec<CornerNormals>,
-    /// First triangle of the blueprints; those of the town and of the models of plants lie before.
+    /// First triangle of the models of plants; those of the town lie before.
     pub(crate) smooth_from: u32,
     /// Walls with windows; index 0 is [`Wall::NONE`].
     pub(crate) walls: Vec<Wall>,
@@ -236,15 +236,16 @@ impl Scene {
         let (town_blas, (models, looks)) = rayon::join(
             || Part::new(static_mesh),
             || {
-                let models: Vec<Part> = models.par_iter().map(|mesh| Part::new(mesh)).collect();
+                let models = models.par_iter().map(|mesh| Part::new(mesh).smooth());
+                let models: Vec<Part> = models.collect();
                 let looks = pieces.par_iter().map(|mesh| Part::new(mesh).smooth());
                 (models, looks.collect::<Vec<_>>())
             },
         );
         scene.town_blas = scene.add(town_blas);
         let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
-        let models: Vec<Blas> = models.into_iter().map(|part| scene.add(part)).collect();
         scene.smooth_from = scene.triangles.len() as u32;
+        let models: Vec<Blas> = models.into_iter().map(|part| scene.add(part)).collect();
         scene.blases = looks.into_iter().map(|part| scene.add(part)).collect();
         scene.blases.extend(models);
         scene.reach_into_plants();
@@ -410,16 +411,42 @@ impl Part {
         Part { hierarchy, triangles, smooth: Vec::new(), low, high }
     }
 
-    /// Returns the part with normals at the corners.
+    /// Returns the part with normals at the corners; leaves are flat.
     fn smooth(self) -> Part {
-        let corners: Vec<[Vec3; 3]> = self.triangles.iter().map(Triangle::corners).collect();
-        Part { smooth: corner_normals(&corners), ..self }
+        let is_flat = |triangle: &&Triangle| {
+            let material = triangle.material();
+            material == Material::Leaves as u8 || material == Material::Needles as u8
+        };
+        let curved = self.triangles.iter().filter(|triangle| !is_flat(triangle));
+        let corners: Vec<[Vec3; 3]> = curved.map(Triangle::corners).collect();
+        let mut normals = corner_normals(&corners).into_iter();
+        let smooth = self.triangles.iter().map(|triangle| {
+            let flat = [0, 0, 0, FLAT];
+            if is_flat(&triangle) { flat } else { normals.next().unwrap_or(flat) }
+        });
+        Part { smooth: smooth.collect(), ..self }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn trunks_are_smooth_and_leaves_flat() {
+        let (_, mesh) = (0..town::plant_count())
+            .filter_map(|model| Some((model, town::plant_mesh(model)?)))
+            .find(|(_, mesh)| mesh.faces.iter().any(|face| face.material == Material::Leaves as u8))
+            .unwrap();
+        let part = Part::new(mesh).smooth();
+        assert_eq!(part.smooth.len(), part.triangles.len());
+        let mut curved = 0;
+        for (triangle, words) in part.triangles.iter().zip(&part.smooth) {
+            assert_eq!(words[3] == FLAT, triangle.material() != Material::Bark as u8);
+            curved += usize::from(words[3] != FLAT && words[0] != words[1]);
+        }
+        assert!(curved > 50, "{curved}");
+    }
 
     #[test]
     fn too_many_triangles_are_an_error_and_not_a_panic() {

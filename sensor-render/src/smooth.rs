@@ -5,8 +5,11 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 /// Normals at the three corners of a triangle in the space of its piece, octahedral, two signed 16-bit
-/// numbers each; and a zero.
+/// numbers each; and a zero, or [`FLAT`].
 pub(crate) type CornerNormals = [u32; 4];
+
+/// Fourth word of a flat triangle.
+pub(crate) const FLAT: u32 = 1;
 
 /// Cosine of the angle between two faces above which their edge is a crease: 38 degrees.
 const CREASE: f32 = 0.788;

@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use crate::hit::NONE;
 use crate::scene::Scene;
-use crate::smooth::unpacked;
+use crate::smooth::{FLAT, unpacked};
 use crate::world::World;
 
 /// Plane coordinates and normals of a triangle of an actor, in world space.
@@ -18,13 +18,17 @@ pub(crate) struct SmoothTriangle {
 }
 
 impl SmoothTriangle {
-    /// Returns the triangle of a blueprint; `None` for those of the town and of plants, which are flat.
+    /// Returns the triangle of a blueprint or of a trunk; `None` for those of the town and for leaves, which are
+    /// flat.
     #[inline]
     pub(crate) fn of(scene: &Scene, world: &World, triangle: u32, instance: u32) -> Option<Self> {
         if instance == NONE {
             return None;
         }
         let words = scene.smooth.get(triangle.checked_sub(scene.smooth_from)? as usize)?;
+        if words[3] == FLAT {
+            return None;
+        }
         let triangle = &scene.triangles[triangle as usize];
         let [x, y, z] = world.instances[instance as usize].actor_from_world;
         let rows = [x, y, z].map(|row| Vec3::new(row[0], row[1], row[2]));
@@ -34,8 +38,10 @@ impl SmoothTriangle {
             [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
         let (d11, d12, d22) = (edge1.dot(edge1), edge1.dot(edge2), edge2.dot(edge2));
         let inverse = 1.0 / (d11 * d22 - d12 * d12).max(1e-20);
+        // Plants have a scale, by which the transpose of the rows is not their inverse.
+        let inverse_square = rows[0].length_squared().max(1e-12);
         Some(SmoothTriangle {
-            corner: to_world(corner - shift),
+            corner: to_world(corner - shift) / inverse_square,
             for_u: to_world((edge1 * d22 - edge2 * d12) * inverse),
             for_v: to_world((edge2 * d11 - edge1 * d12) * inverse),
             normals: [0, 1, 2].map(|at| {

@@ -7,7 +7,9 @@ use crate::{
     instance::{StreetLight, lights},
     lidar_return::mixed,
     light::Light,
+    plate,
     scene::Scene,
+    triangle::Triangle,
     world::World,
 };
 
@@ -29,6 +31,16 @@ pub(crate) mod pattern {
     pub(crate) const MARKING: u32 = 1 << 6;
     /// Dry and dense places of grass.
     pub(crate) const GRASS: u32 = 1 << 7;
+    /// Pane of a building, with a room or a curtain behind it.
+    pub(crate) const ROOM: u32 = 1 << 8;
+    /// Lane of a road, with the tracks of wheels.
+    pub(crate) const LANE: u32 = 1 << 9;
+    /// Number plate.
+    pub(crate) const PLATE: u32 = 1 << 10;
+    /// Kerb stone.
+    pub(crate) const KERB: u32 = 1 << 11;
+    /// Lowest bit of how much oil lies on a lane, up to 3.
+    pub(crate) const OIL_SHIFT: u32 = 12;
 }
 
 /// Shading parameters that are constant over a triangle.
@@ -53,9 +65,11 @@ pub(crate) struct SurfaceMaterial {
     /// Axes on the surface: horizontal and upward; on level surfaces world x and y.
     pub(crate) along: Vec3,
     pub(crate) up: Vec3,
-    /// Wall that the triangle is part of; see [`crate::wall::Wall`].
+    /// Wall that the triangle is part of; see [`crate::wall::Wall`]. Of a pane: its horizontal begin and width,
+    /// its lower edge and height; so of a plate. Of a lane: x and y of the direction across it, the position of an edge along
+    /// that, and the width.
     pub(crate) wall: [f32; 4],
-    /// Hash of the object's id, for random variation.
+    /// Hash of the object's id, for random variation; of a pane also of its tint.
     pub(crate) seed: u32,
 }
 
@@ -73,7 +87,7 @@ impl SurfaceMaterial {
         let actor = (instance != NONE).then(|| &world.instances[instance as usize]);
         let code = usize::from(triangle.material()).min(MATERIALS.len() - 1);
         let [color, parameters, grain] = MATERIALS[code].map(Vec4::from);
-        let seed = mixed(actor.map_or(triangle.object, |actor| actor.id));
+        let mut seed = mixed(actor.map_or(triangle.object, |actor| actor.id));
         let share = |bits: u32| (bits & 0xff) as f32 * (1.0 / 255.0) - 0.5;
         let (pale, warm) = (share(seed) * parameters.w, share(seed >> 8) * parameters.w);
         let tint = Vec3::new(1.0 + pale + warm * 0.4, 1.0 + pale, 1.0 + pale - warm * 0.6);
@@ -84,7 +98,7 @@ impl SurfaceMaterial {
                 None => PAINTS[(seed >> 16 & 7) as usize],
             };
             let [red, green, blue, _] = paint.to_le_bytes().map(|c| f32::from(c) * (1.0 / 255.0));
-            albedo = linear(Vec3::new(red, green, blue));
+            albedo = linear(Vec3::new(red, green, blue)) * PAINT[1] + PAINT[0];
         }
         let foliage = code == Material::Leaves as usize || code == Material::Needles as usize;
         let own = u32::from(triangle.tint());
@@ -104,13 +118,17 @@ impl SurfaceMaterial {
         let mut pattern = parameters.z as u32;
         let flat = normal.x * normal.x + normal.y * normal.y;
         // Surfaces steeper than about 26 degrees have an upward axis.
-        if foliage {
-            // Neighbouring facets of a tree crown share their axes.
+        let bark = code == Material::Bark as usize;
+        if foliage || bark {
+            // Neighbouring facets of a tree crown or of a trunk share their axes.
             let [x, y, z] = normal.abs().to_array();
             if x >= y.max(z) {
                 (along, up) = (Vec3::Y, Vec3::Z);
             } else if y >= z {
                 (along, up) = (Vec3::X, Vec3::Z);
+            }
+            if bark {
+                up *= BARK;
             }
         } else if flat > 0.24 * normal.z * normal.z {
             pattern &= !pattern::MARKING;
@@ -119,9 +137,27 @@ impl SurfaceMaterial {
         }
         let (mut emission, mut grain) = (Vec3::ZERO, grain);
         let dark = light.horizon.w;
+        let mut wall = scene.walls[triangle.wall as usize].0;
         if let Some(actor) = actor {
-            (pattern, grain) = (0, Vec4::ZERO);
+            pattern = 0;
+            if !bark {
+                grain = Vec4::ZERO;
+            }
             emission = actor_emission(code, actor.lights, dark, albedo);
+            if code == Material::Glass as usize && own == LENS {
+                let lamp = Material::LampWhite as usize;
+                emission = actor_emission(lamp, actor.lights, dark, albedo) * LENS_SHARE;
+            }
+            if code == Material::Sign as usize && own == plate::TINT {
+                let [x, y, z] = actor.actor_from_world.map(Vec4::from);
+                let origin = Vec3::new(x.w, y.w, z.w);
+                wall = pane(triangle, along);
+                wall[0] -= along.dot(origin);
+                wall[2] -= up.dot(origin);
+                let turned = |v: Vec3| x.xyz() * v.x + y.xyz() * v.y + z.xyz() * v.z;
+                (along, up) = (turned(along), turned(up));
+                (albedo, pattern) = (color.xyz(), pattern::PLATE);
+            }
         } else if code == Material::LampWhite as usize {
             emission = street_light_emission(&world.street_lights, triangle.object, dark);
         } else if code == Material::Glass as usize
@@ -129,6 +165,25 @@ impl SurfaceMaterial {
             && own != 0
         {
             emission = room_emission(seed, own, dark);
+            if normal.z.abs() * 100.0 < flat.sqrt() {
+                pattern |= pattern::ROOM;
+                wall = pane(triangle, along);
+                seed = mixed(seed ^ own);
+            }
+        } else if pattern & pattern::KERB != 0 {
+            // Level stones have no foot, and that of stones on a slope is not level.
+            let stone = pane(triangle, along);
+            let has_foot = up.z > 0.9 && stone[3] < KERB_M;
+            wall = if has_foot { stone } else { [0.0, 0.0, -1e4, 0.0] };
+        } else if pattern & pattern::ROAD != 0 && own != 0 {
+            let lane = lane(triangle);
+            if lane[3] > LANE_M[0] && lane[3] < LANE_M[1] {
+                // The blue of a lane's tint is its red, increased where vehicles wait.
+                let oil = (own & 31).saturating_sub(own >> 11).min(3);
+                albedo.z = albedo.x;
+                pattern |= pattern::LANE | oil << pattern::OIL_SHIFT;
+                wall = lane;
+            }
         }
         SurfaceMaterial {
             albedo,
@@ -140,10 +195,38 @@ impl SurfaceMaterial {
             grain,
             along,
             up,
-            wall: scene.walls[triangle.wall as usize].0,
+            wall,
             seed,
         }
     }
+}
+
+/// Albedo from which on a pane of a building shows a curtain instead of a room.
+pub(crate) const ROOM_ALBEDO_MAX: f32 = 0.09;
+
+/// Largest height of a kerb stone on a level road. Metres.
+const KERB_M: f32 = 0.19;
+
+/// Smallest and largest width of a lane. Metres.
+const LANE_M: [f32; 2] = [2.2, 5.5];
+
+/// Returns the extent of a triangle that is half of an upright pane; see [`SurfaceMaterial::wall`].
+fn pane(triangle: &Triangle, along: Vec3) -> [f32; 4] {
+    let [corner, edge1, edge2] = [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+    let (a, b) = (edge1.dot(along), edge2.dot(along));
+    let (left, right) = (a.min(b).min(0.0), a.max(b).max(0.0));
+    let (low, high) = (edge1.z.min(edge2.z).min(0.0), edge1.z.max(edge2.z).max(0.0));
+    [corner.dot(along) + left, right - left, corner.z + low, high - low]
+}
+
+/// Returns the lane of a triangle whose first edge lies along an edge of the lane; see
+/// [`SurfaceMaterial::wall`].
+fn lane(triangle: &Triangle) -> [f32; 4] {
+    let [corner, edge1, edge2] = [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
+    let long = (edge1.x * edge1.x + edge1.y * edge1.y).max(1e-6).sqrt();
+    let (x, y) = (edge1.y * (1.0 / long), -edge1.x * (1.0 / long));
+    let width = edge2.x * x + edge2.y * y;
+    [x, y, corner.x * x + corner.y * y + width.min(0.0), width.abs()]
 }
 
 /// Converts from sRGB to linear, with a polynomial approximation of the curve.
@@ -213,6 +296,8 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
             Vec3::new(3.2, 0.12, 0.06) * shines(lamp::BRAKE).max(tail)
         }
         LAMP_REVERSE => Vec3::new(4.5, 4.4, 4.2) * shines(lamp::REVERSE),
+        // Those at the rear are red.
+        LAMP_FOG if albedo.x > albedo.y * 2.0 => Vec3::new(4.8, 0.18, 0.09) * shines(lamp::FOG),
         LAMP_FOG => Vec3::new(5.0, 4.8, 4.0) * shines(lamp::FOG),
         LAMP_INTERIOR => Vec3::new(4.0, 3.7, 3.0) * shines(lamp::INTERIOR),
         INDICATOR_LEFT => amber * shines(lamp::LEFT_BLINKER),
@@ -229,6 +314,17 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         _ => Vec3::ZERO,
     }
 }
+
+/// Tint of the clear cover of a head lamp, and the share of the lamp's radiance that the cover scatters.
+const LENS: u32 = 1;
+const LENS_SHARE: f32 = 0.25;
+
+/// Albedo of the blackest car paint, and what the whitest adds: no paint reflects all light of a colour and none
+/// of another.
+const PAINT: [f32; 2] = [0.01, 0.76];
+
+/// How much longer than wide the grain of bark is, inverted.
+const BARK: f32 = 0.35;
 
 /// Albedo of the road that shows through a worn marking.
 pub(crate) const WORN_PAINT: f32 = 0.1;
@@ -259,6 +355,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const ROAD: f32 = pattern::ROAD as f32;
     const MARKING: f32 = pattern::MARKING as f32;
     const GRASS: f32 = pattern::GRASS as f32;
+    const KERB: f32 = pattern::KERB as f32;
     const SMOOTH: [f32; 4] = [0.0; 4];
     const STONE: [f32; 4] = [0.09, 19.0, 0.1, 0.4];
     const DULL: [f32; 4] = [0.6, 0.0, 0.0, 0.0];
@@ -273,14 +370,14 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
             [[0.62, 0.38, 0.05, 0.03], [0.6, 0.0, MARKING, 0.0], [0.3, 17.0, 0.3, 0.9]]
         }
         Material::Paving => [[0.33, 0.315, 0.29, 0.02], [0.6, 0.0, SLABS, 0.0], STONE],
-        Material::Kerb => [[0.42, 0.41, 0.39, 0.02], DULL, STONE],
+        Material::Kerb => [[0.42, 0.41, 0.39, 0.02], [0.6, 0.0, KERB, 0.0], STONE],
         Material::Grass => {
-            [[0.075, 0.128, 0.034, 0.0], [0.8, 0.35, GRASS, 0.0], [0.75, 9.0, 0.3, 0.22]]
+            [[0.085, 0.113, 0.045, 0.0], [0.8, 0.35, GRASS, 0.0], [0.42, 12.0, 0.26, 0.22]]
         }
         Material::Soil => [[0.15, 0.105, 0.07, 0.0], [0.8, 0.0, 0.0, 0.0], [0.5, 7.0, 0.4, 0.5]],
         Material::Concrete => [[0.40, 0.39, 0.37, 0.02], [0.6, 0.0, 0.0, 0.12], STONE],
         Material::FacadeBrick => {
-            [[0.27, 0.105, 0.07, 0.01], [0.7, 0.0, WINDOWS + BRICKS, 0.8], [0.12, 9.0, 0.14, 0.4]]
+            [[0.26, 0.125, 0.09, 0.01], [0.7, 0.0, WINDOWS + BRICKS, 0.8], [0.12, 9.0, 0.14, 0.4]]
         }
         Material::FacadePlaster => {
             [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS, 0.55], [0.06, 14.0, 0.1, 0.35]]
@@ -295,25 +392,25 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::RoofTiles => {
             [[0.27, 0.10, 0.06, 0.02], [0.6, 0.0, TILES, 0.7], [0.35, 5.0, 0.3, 0.5]]
         }
-        Material::Bark => [[0.12, 0.085, 0.06, 0.0], [0.8, 0.0, 0.0, 0.3], [0.6, 13.0, 0.3, 1.0]],
+        Material::Bark => [[0.12, 0.085, 0.06, 0.0], [0.8, 0.0, 0.0, 0.3], [0.34, 27.0, 0.18, 5.0]],
         Material::Leaves => {
             [[0.078, 0.128, 0.038, 0.0], [0.6, 0.5, 0.0, 0.5], [0.8, 8.5, 0.6, 1.7]]
         }
         Material::Needles => {
-            [[0.035, 0.085, 0.038, 0.01], [0.7, 0.4, 0.0, 0.4], [0.95, 9.0, 0.5, 1.6]]
+            [[0.042, 0.076, 0.042, 0.0], [0.7, 0.4, 0.0, 0.4], [0.95, 9.0, 0.5, 1.6]]
         }
         Material::Metal => [[0.32, 0.33, 0.34, 0.18], [0.35, 0.0, 0.0, 0.1], SMOOTH],
         Material::Glass => [[0.012, 0.015, 0.017, 0.08], [0.05, 0.0, 0.0, 0.0], SMOOTH],
-        Material::CarPaint => [[0.3, 0.3, 0.3, 0.045], [0.22, 0.0, 0.0, 0.0], SMOOTH],
+        Material::CarPaint => [[0.3, 0.3, 0.3, 0.04], [0.07, 0.0, 0.0, 0.0], SMOOTH],
         Material::Rubber => [[0.022, 0.022, 0.024, 0.02], DULL, SMOOTH],
         Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
-        Material::LampWhite => [[0.72, 0.74, 0.76, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
+        Material::LampWhite => [[0.17, 0.175, 0.19, 0.28], [0.08, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampRed => [[0.34, 0.015, 0.012, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampAmber | Material::IndicatorLeft | Material::IndicatorRight => {
             [[0.5, 0.2, 0.02, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH]
         }
         Material::LampHigh | Material::LampReverse | Material::LampFog => {
-            [[0.66, 0.68, 0.70, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH]
+            [[0.17, 0.175, 0.19, 0.26], [0.08, 0.0, 0.0, 0.0], SMOOTH]
         }
         Material::LampInterior => [[0.6, 0.58, 0.52, 0.03], DULL, SMOOTH],
         Material::Beacon => [[0.5, 0.1, 0.1, 0.08], [0.1, 0.0, 0.0, 0.0], SMOOTH],
@@ -325,5 +422,50 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::Skin => [[0.48, 0.30, 0.22, 0.02], [0.5, 0.25, 0.0, 0.5], SMOOTH],
         Material::Cloth => [[0.19, 0.19, 0.24, 0.0], [0.9, 0.2, 0.0, 1.4], SMOOTH],
         Material::Water => [[0.02, 0.04, 0.05, 0.1], [0.06, 0.0, 0.0, 0.0], SMOOTH],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lane_lies_beside_the_first_edge_of_its_triangles() {
+        // A lane 3.5 m wide from (10, 20) towards (3, 4) / 5, its triangles on both sides of a diagonal.
+        let (along, right) = (Vec3::new(0.6, 0.8, 0.0), Vec3::new(0.8, -0.6, 0.0));
+        let left0 = Vec3::new(10.0, 20.0, 0.0);
+        let (left1, right0) = (left0 + along * 6.0, left0 + right * 3.5);
+        let right1 = right0 + along * 6.0;
+        for [a, b, c] in [[left1, left0, right0], [right0, right1, left0]] {
+            let triangle = Triangle {
+                corner: a.to_array(),
+                edge1: (b - a).to_array(),
+                edge2: (c - a).to_array(),
+                ..Triangle::default()
+            };
+            let [x, y, edge, width] = lane(&triangle);
+            assert!((width - 3.5).abs() < 1e-4, "{width}");
+            for (share, point) in
+                [(0.0, left0), (0.25, left0 + right * 0.875 + along), (1.0, right1)]
+            {
+                let off = (point.x * x + point.y * y - edge) / width;
+                assert!((off - share).abs().min((1.0 - off - share).abs()) < 1e-4, "{off} {share}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pane_has_the_extent_of_both_of_its_triangles() {
+        let [a, b, c, d] =
+            [[4., 1., 2.], [4., 3., 2.], [4., 3., 3.5], [4., 1., 3.5]].map(Vec3::from_array);
+        for [a, b, c] in [[a, b, c], [a, c, d]] {
+            let triangle = Triangle {
+                corner: a.to_array(),
+                edge1: (b - a).to_array(),
+                edge2: (c - a).to_array(),
+                ..Triangle::default()
+            };
+            assert_eq!(pane(&triangle, Vec3::Y), [1.0, 2.0, 2.0, 1.5]);
+        }
     }
 }

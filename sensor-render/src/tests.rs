@@ -14,6 +14,7 @@ mod effects;
 mod lamps;
 pub(crate) mod lens;
 mod lidar;
+mod looks;
 mod motion;
 mod occlusion;
 mod overlay;

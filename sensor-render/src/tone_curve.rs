@@ -1,5 +1,6 @@
 //! Tone curves of cameras with effects, as tables that every tracer reads.
 
+use glam::Vec3;
 use protocol::EffectsSpec;
 
 /// Entries of a table: each octave of exposed radiance from 2⁻¹² to 2⁶ has 32.
@@ -24,9 +25,35 @@ pub(crate) fn table(effects: &EffectsSpec) -> [f32; CURVE] {
     })
 }
 
-/// Curve of cameras without effects: K. Narkowicz, *ACES Filmic Tone Mapping Curve*, 2015.
+/// Coefficients of the curve of cameras without effects, c₀ to c₄ in
+/// x (c₀ x + c₁) / (x (c₂ x + c₃) + c₄) of the exposed radiance x: that of J. Hable, *Uncharted 2: HDR
+/// Lighting*, GDC 2010, ((x (A x + C B) + D E) / (x (A x + B) + D F) − E / F) of 3 x, divided by its value
+/// at x = 4.5, with the constants of those slides but a steeper toe, E = 0.02 as in his later ones.
+pub(crate) const HABLE: [f64; 5] = {
+    let [a, b, c, d, e, f] = [0.22, 0.30, 0.10, 0.20, 0.02, 0.30];
+    let (gain, white) = (3.0, 3.0 * 4.5);
+    let (square, line, foot) = (a * (1.0 - e / f), b * (c - e / f), d * f);
+    let of_white = white * (square * white + line) / (white * (a * white + b) + foot);
+    [square * gain * gain / of_white, line * gain / of_white, a * gain * gain, b * gain, foot]
+};
+
+/// Share of the way that the values of a pixel move towards their luma, as the channels of a sensor overlap.
+/// After the curve, where a bright colour has no more weight than a dark one: before it, a lamp turned white.
+pub(crate) const MUTED: f32 = 0.12;
+
+/// Weights of luma, ITU-R BT.709.
+pub(crate) const LUMA: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+
+/// Returns the share of a camera with these effects: 0 with the filmic curve, which Unreal Engine does not
+/// follow with any.
+pub(crate) fn muted(effects: &EffectsSpec) -> f32 {
+    if effects.slope > 0.0 { 0.0 } else { MUTED }
+}
+
+/// Curve of cameras without effects.
 fn fit(x: f64) -> f64 {
-    x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
+    let [square, line, square_below, line_below, foot] = HABLE;
+    x * (square * x + line) / (x * (square_below * x + line_below) + foot)
 }
 
 /// Returns display light encoded with the power 1 / `gamma`; 0: with the curve of sRGB, IEC 61966-2-1.
@@ -119,6 +146,16 @@ mod tests {
         let shown = fit(0.5);
         let byte = (1.055 * shown.powf(1.0 / 2.4) - 0.055) * 255.0;
         assert!((f64::from(table[11 * 32]) - byte).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_curve_is_that_of_hable_with_its_white_and_without_its_offset() {
+        let hable =
+            |x: f64| ((x * (0.22 * x + 0.03) + 0.004) / (x * (0.22 * x + 0.3) + 0.06)) - 0.02 / 0.3;
+        for x in [0.0, 0.002, 0.05, 0.18, 1.0, 4.5] {
+            let expected = hable(3.0 * x) / hable(3.0 * 4.5);
+            assert!((fit(x) - expected).abs() < 1e-9, "{x}: {} {expected}", fit(x));
+        }
     }
 
     #[test]

@@ -180,7 +180,7 @@
 #define OMNIBUS_LIDAR_SWEEP 1
 
 /**
- * Lidar: fog and rain attenuate pulses and reflect them.
+ * Lidar: fog, rain and spray attenuate pulses and reflect them.
  */
 #define OMNIBUS_LIDAR_WEATHER 2
 

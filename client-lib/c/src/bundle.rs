@@ -48,7 +48,7 @@ pub const OMNIBUS_OUTPUT_LAST_LABELS: u32 = 512;
 /// Lidar: each column starts where the sensor was at its time, and its points are in sensor space at that
 /// time. Needs rotation_rate_hz or prism_hz.
 pub const OMNIBUS_LIDAR_SWEEP: u32 = 1;
-/// Lidar: fog and rain attenuate pulses and reflect them.
+/// Lidar: fog, rain and spray attenuate pulses and reflect them.
 pub const OMNIBUS_LIDAR_WEATHER: u32 = 2;
 
 /// The most measurements of one bundle that may be held at a time.
@@ -189,7 +189,7 @@ impl OmnibusEffects {
         let none = CameraEffects::NONE;
         let [slope, toe, shoulder, black_clip, white_clip] = self.filmic;
         let tone_curve = if self.filmic == [0.0; 5] {
-            ToneCurve::Aces
+            ToneCurve::Hable
         } else {
             ToneCurve::Filmic { slope, toe, shoulder, black_clip, white_clip }
         };

@@ -153,7 +153,7 @@ fn effects(fields: &Fields<'_, '_>) -> PyResult<CameraEffects> {
     };
     let filmic: Option<[f32; 5]> = fields.get("filmic")?;
     let tone_curve = match filmic {
-        None => ToneCurve::Aces,
+        None => ToneCurve::Hable,
         Some([slope, toe, shoulder, black_clip, white_clip]) => {
             ToneCurve::Filmic { slope, toe, shoulder, black_clip, white_clip }
         }

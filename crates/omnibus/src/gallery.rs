@@ -7,7 +7,7 @@ use std::{
 };
 
 use anyhow::{Context, ensure};
-use client_lib::{ClientError, Sensor, SensorBundle};
+use client_lib::{CameraEffects, ClientError, Exposure, Sensor, SensorBundle};
 use glam::{Quat, vec3};
 use image_file::Pixels;
 use protocol::{Command, Pose, Settings, Weather};
@@ -62,6 +62,9 @@ const SEEDS: [(&str, u64); 8] = [
     ("Hollowdale", 1),
 ];
 
+/// Exposure values between which the camera of the pictures exposes: streets at night stay darker than by day.
+const EV_LIMITS: [f32; 2] = [13.8, 16.0];
+
 /// Width of a picture on the sheet, in pixels.
 const TILE_WIDTH: usize = 320;
 const SHEET_QUALITY: u8 = 85;
@@ -113,6 +116,20 @@ fn weather(preset: &str, hour: f32) -> anyhow::Result<Weather> {
     Ok(Weather { sun_altitude_rad, sun_azimuth_rad, ..WeatherEntry::preset(preset).weather()? })
 }
 
+/// Returns the effects of an ordinary camera.
+fn effects() -> CameraEffects {
+    let [ev_min, ev_max] = EV_LIMITS;
+    CameraEffects::NONE
+        .exposure(Exposure::Automatic { ev_min, ev_max })
+        .compensation_ev(0.3)
+        .vignette(0.45)
+        .bloom(0.02)
+        .bloom_radius(0.008)
+        .chromatic_aberration(0.0002)
+        .white_electrons(Some(14_000.0))
+        .read_electrons(5.0)
+}
+
 /// A car in a populated street, and the camera behind its windscreen.
 struct Street {
     host: BackgroundHost,
@@ -130,7 +147,8 @@ impl Street {
         let map = client.instance().episode().map_err(ClientError::from)?.map;
         let (position, turn) = (vec3(1.5, 0.0, 1.6), Quat::from_rotation_y(0.03));
         let camera =
-            Sensor::camera("windscreen", Pose::new(position, turn), args.width, args.height, 1.3);
+            Sensor::camera("windscreen", Pose::new(position, turn), args.width, args.height, 1.3)
+                .effects(effects());
         let sensors = [protocol::SensorSpec::from(camera)];
         let cast = Cast {
             map: &map,

@@ -88,7 +88,7 @@ pub(crate) struct SensorEntry {
     /// Full angle of the cone of a beam of a lidar.
     #[serde(default, skip_serializing_if = "is_zero")]
     divergence_mrad: f32,
-    /// Fog and rain attenuate pulses of a lidar and reflect them.
+    /// Fog, rain and spray attenuate pulses of a lidar and reflect them.
     #[serde(default, skip_serializing_if = "is_false")]
     weather: bool,
     /// The intensity falls as exp(-attenuation * distance).

@@ -7,7 +7,7 @@ pub mod lidar_flag {
     /// Each column starts at the pose that the sensor had at the time of the column. Without it all
     /// columns start at the pose of the frame.
     pub const SWEEP: u32 = 1 << 0;
-    /// Fog and rain of the simulated weather attenuate pulses and reflect them.
+    /// Fog, rain and spray of the simulated weather attenuate pulses and reflect them.
     pub const WEATHER: u32 = 1 << 1;
     /// [`super::LidarSpec::elevations`] has the elevation of each channel.
     pub const ELEVATIONS: u32 = 1 << 2;

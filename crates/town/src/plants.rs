@@ -129,12 +129,42 @@ mod tests {
         for model in models() {
             let mesh = model.mesh();
             let most = match model.form {
-                Form::Near => 6_500,
-                Form::Far => 1_500,
+                Form::Near => 9_000,
+                Form::Far => 1_700,
                 Form::Coarse => 120,
             };
             let count = mesh.triangles.len();
             assert!(count < most && count > most / 20, "{:?} {count}", model.shape.species);
+        }
+    }
+
+    #[test]
+    fn crowns_of_broad_leaved_trees_are_closed_and_dark_inside() {
+        for model in models() {
+            let shape = model.shape;
+            if shape.leaves == 0 || model.form == Form::Coarse {
+                continue;
+            }
+            let mesh = model.mesh();
+            let (center, radii) = shape.crown();
+            let leaves = mesh.triangles.iter().zip(&mesh.faces);
+            let leaves = leaves.filter(|(_, face)| face.material == Material::Leaves as u8);
+            let leaves: Vec<[Vec3; 3]> = leaves
+                .map(|(t, _)| t.map(|at| Vec3::from_array(mesh.positions[at as usize])))
+                .collect();
+            // Views along x through the inner half of the crown.
+            let covered = |y: f32, z: f32| {
+                let at = center + radii * Vec3::new(0.0, y, z);
+                leaves.iter().any(|corners| {
+                    let [a, b, c] = corners.map(|p| (p - at).truncate().with_x(p.z - at.z));
+                    let turns = [a.perp_dot(b), b.perp_dot(c), c.perp_dot(a)];
+                    turns.iter().all(|turn| *turn >= 0.0) || turns.iter().all(|turn| *turn <= 0.0)
+                })
+            };
+            let steps = || (-6..=6).map(|step| step as f32 / 12.0);
+            let views = steps().flat_map(|y| steps().map(move |z| (y, z)));
+            let open = views.filter(|(y, z)| !covered(*y, *z)).count();
+            assert!(open * 10 < 3 * 13 * 13, "{:?} {:?}: {open} of 169", shape.species, model.form);
         }
     }
 

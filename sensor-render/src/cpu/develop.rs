@@ -10,7 +10,7 @@ use crate::light::Light;
 use crate::outputs::TILE_ROWS;
 use crate::rays::Camera;
 use crate::simd::LANES;
-use crate::tone_curve::{CURVE, CURVE_FIRST_BITS, CURVE_STEP_BITS};
+use crate::tone_curve::{CURVE, CURVE_FIRST_BITS, CURVE_STEP_BITS, LUMA};
 use crate::world::World;
 
 /// Parts of a stop's bin that a cell is divided into.
@@ -91,7 +91,9 @@ impl Film {
             exposed
         };
         let balanced = how.balance.map(|row| Vec3::from_slice(&row).dot(noisy));
-        let [red, green, blue] = balanced.map(|light| curve(&how.curve, light));
+        let values = Vec3::from(balanced.map(|light| curve(&how.curve, light)));
+        let muted = values.lerp(Vec3::splat(values.dot(LUMA)), how.muted);
+        let [red, green, blue] = muted.to_array().map(|value| (value + 0.5) as u8);
         [red, green, blue, 255]
     }
 
@@ -290,15 +292,14 @@ fn hash(x: u32, y: u32, seed: u32) -> u32 {
     h ^ h >> 15
 }
 
-/// Returns the value of a pixel by the tone curve.
-fn curve(table: &[f32; CURVE], light: f32) -> u8 {
+/// Returns the value of a pixel by the tone curve, from 0 to 255.
+fn curve(table: &[f32; CURVE], light: f32) -> f32 {
     let last = CURVE_FIRST_BITS + ((CURVE as u32 - 1) << CURVE_STEP_BITS) - 1;
     let low = f32::from_bits(CURVE_FIRST_BITS);
     let bits = light.max(low).to_bits().min(last) - CURVE_FIRST_BITS;
     let entry = (bits >> CURVE_STEP_BITS) as usize;
     let part = (bits & ((1 << CURVE_STEP_BITS) - 1)) as f32 / (1 << CURVE_STEP_BITS) as f32;
-    let value = table[entry] + (table[entry + 1] - table[entry]) * part;
-    (value + 0.5) as u8
+    table[entry] + (table[entry + 1] - table[entry]) * part
 }
 
 #[cfg(test)]

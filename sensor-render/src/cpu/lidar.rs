@@ -2,7 +2,7 @@ use glam::Vec3;
 
 use super::ray_packet::RayPacket;
 use super::traversal::Stack;
-use crate::lidar::Lidar;
+use crate::lidar::{Lidar, Place};
 use crate::lidar_echo::{Echoes, LabelledReturn, Met, SUB_RAYS};
 use crate::lidar_return::{LidarReturn, reflected};
 use crate::outputs::Tile;
@@ -114,7 +114,7 @@ impl Beams<'_> {
             let is_on = on >> lane & 1 != 0;
             let axis = if is_on { along_axis(angles[lane]) } else { Vec3::ZERO };
             let met = if is_on { Some(&mut met[lane][..counts[lane]]) } else { None };
-            self.write_echoes(echoes, lane, axis, met, tile);
+            self.write_echoes(echoes, lane, axis, &place, met, tile);
         }
     }
 
@@ -203,6 +203,7 @@ impl Beams<'_> {
         echoes: &Echoes,
         lane: usize,
         axis: Vec3,
+        place: &Place,
         met: Option<&mut [Met]>,
         tile: &mut Tile,
     ) {
@@ -210,7 +211,10 @@ impl Beams<'_> {
         let at = (column * self.lidar.channels + channel) as usize;
         let beam = (tile.first + column) * self.lidar.channels + channel;
         let returns = match met {
-            Some(met) => echoes.returns(&self.lidar.receiver, beam, met),
+            Some(met) => {
+                let in_world = [place.origin, place.axes * axis];
+                echoes.returns(&self.lidar.receiver, beam, in_world, met)
+            }
             None => [None; 2],
         };
         let slices = &mut tile.slices;

@@ -1,8 +1,9 @@
-//! Regular patterns: windows, bricks, slabs, tiles. Twin of pattern.wgsl.
+//! Regular patterns: windows, bricks, slabs, tiles, number plates. Twin of pattern.wgsl.
 
 use super::grain::{hash, share, smooth};
 use super::surface_materials::SurfaceMaterials;
-use crate::simd::{Float, Mask, V3, Word};
+use crate::plate;
+use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::surface_material::pattern;
 
 /// Height of a floor and width of a window bay. Metres.
@@ -64,6 +65,32 @@ pub(crate) fn draw<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F, dark:
     if curtain.any() {
         panes(surfaces, curtain, [1.7, 1.55], [0.5, 0.735], 0.775, pixel, dark);
     }
+    let plates = has(surfaces, pattern::PLATE);
+    if plates.any() {
+        characters(surfaces, plates, pixel);
+    }
+}
+
+/// Draws the characters and the edge of number plates.
+#[inline(always)]
+fn characters<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
+    let [left, width, low, height] = surfaces.wall;
+    let [wide, high] = plate::SIZE_M;
+    let x = (surfaces.along - left) / width.max(F::splat(0.01)) * F::splat(wide);
+    let y = (surfaces.up - low) / height.max(F::splat(0.01)) * F::splat(high);
+    let (seeds, xs, ys) = (surfaces.seed.to_array(), x.to_array(), y.to_array());
+    let (mut apart, mut left) = ([1.0; LANES], mask.bits());
+    while left != 0 {
+        let lane = left.trailing_zeros() as usize % LANES;
+        left &= left - 1;
+        apart[lane] = plate::distance(seeds[lane], xs[lane], ys[lane]);
+    }
+    let (half, edge) = (F::splat(plate::HALF_LINE_M), F::splat(0.004));
+    let line = cover(half - F::from_array(apart), pixel) * ((half + half) / pixel).clamp01();
+    let inside = x.min(F::splat(wide) - x).min(y.min(F::splat(high) - y));
+    let border = cover(edge - inside, pixel) * (edge / pixel).clamp01();
+    let ink = line.max(border * F::splat(0.7)).or(mask, F::splat(0.0));
+    surfaces.albedo = surfaces.albedo.lerp(V3::splat(glam::Vec3::splat(plate::INK)), ink);
 }
 
 #[inline(always)]

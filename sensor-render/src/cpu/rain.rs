@@ -148,6 +148,15 @@ mod tests {
         Rainfall::new(&weather, &effects, seed, Vec3::ZERO, velocity, &[], || false)
     }
 
+    #[inline(always)]
+    fn side_by_side<F: Float>(vectors: [Vec3; LANES]) -> V3<F> {
+        V3 {
+            x: F::from_array(vectors.map(|vector| vector.x)),
+            y: F::from_array(vectors.map(|vector| vector.y)),
+            z: F::from_array(vectors.map(|vector| vector.z)),
+        }
+    }
+
     /// Opacities in sixteen directions.
     struct Opacities<'a>(&'a Rainfall, [Vec3; LANES], f32);
 
@@ -157,12 +166,7 @@ mod tests {
         #[inline(always)]
         fn run<F: Float>(self) -> [f32; LANES] {
             let Opacities(rain, directions, t) = self;
-            let direction = V3 {
-                x: F::from_array(directions.map(|direction| direction.x)),
-                y: F::from_array(directions.map(|direction| direction.y)),
-                z: F::from_array(directions.map(|direction| direction.z)),
-            };
-            streaks(rain, 0.001, direction, F::splat(t)).to_array()
+            streaks(rain, 0.001, side_by_side(directions), F::splat(t)).to_array()
         }
     }
 
@@ -238,10 +242,8 @@ mod tests {
         #[inline(always)]
         fn run<F: Float>(self) -> [f32; LANES] {
             let Depths(puff, rays, t) = self;
-            let [origin, direction] = [0, 1].map(|part| {
-                let axis = |axis: usize| F::from_array(rays.map(|ray| ray[part][axis]));
-                V3 { x: axis(0), y: axis(1), z: axis(2) }
-            });
+            let origin = side_by_side(rays.map(|ray| ray[0]));
+            let direction = side_by_side(rays.map(|ray| ray[1]));
             optical_depth(puff, origin, direction, F::splat(t)).to_array()
         }
     }

@@ -3,16 +3,17 @@
 use glam::Vec3;
 use mesh::{Material, Tag};
 
-use super::grain::{noise, smooth};
+use super::grain::smooth;
 use super::lamplight::LitSurface;
 use super::pattern;
 use super::ray_packet::Hits;
+use super::room;
 use super::shadow::Shadow;
 use super::single_ray::SingleRay;
 use super::sky::{ambient, gradient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
-use super::wear;
+use super::{wear, wet};
 use crate::hit::{Hit, NONE};
 use crate::lamps::LampGrid;
 use crate::light::{Light, OCCLUSION_FADE_M, OCCLUSION_REACH_M};
@@ -30,15 +31,30 @@ const LIFT: f32 = 0.01;
 const ROUGHNESS_MAX: f32 = 0.3;
 const MIRROR_MIN: f32 = 0.05;
 
+/// Roughness from which on traced reflections fade into those of a plain street, and how fast: a rough surface
+/// blurs what it mirrors. Level ones do so less by [`FILM`]: the film of water on a wet road is smoother.
+const SOFT_FROM: f32 = 0.08;
+const FILM: f32 = 0.4;
+const SOFT_PER: f32 = 4.0;
+const SOFT_MAX: f32 = 0.7;
+
+/// Share of the sun's light on the back of a leaf that passes it, by colour.
+const THROUGH_LEAF: Vec3 = Vec3::new(0.62, 0.70, 0.30);
+
+/// Paint with metal flakes under its clear coat: the share of diffuse light that it keeps, the radiance of the
+/// flakes that face the sun, and how far they are turned, as 1 − cosine.
+const PIGMENT: f32 = 0.82;
+const FLAKES: f32 = 0.5;
+const FLAKES_SPREAD: f32 = 0.13;
+
 /// Share of light that a window pane lets through, and surfaces that a view through one meets at most.
 const PANE: f32 = 0.72;
 const PANES_MAX: usize = 4;
 
-/// Share of the light outside of a vehicle that arrives within it.
+/// Share of the light outside of a vehicle that arrives within it, and the distances behind a pane between which
+/// it falls to that. Metres.
 const CABIN: f32 = 0.3;
-
-/// Rings of rain drops on a metre of water.
-const RIPPLES_PER_M: f32 = 14.0;
+const CABIN_M: [f32; 2] = [0.06, 0.3];
 
 /// Inputs of shading.
 #[derive(Clone, Copy, Debug)]
@@ -157,7 +173,7 @@ impl Shade<'_> {
         let at = direction.mul_add(t, origin);
         let away = zero.lt(sample.normal.dot(direction));
         let normal = (-sample.normal).or(away, sample.normal);
-        let origins = normal.mul_add(F::splat(LIFT), at);
+        let mut origins = normal.mul_add(F::splat(LIFT), at);
         let sky_share = match of_sky {
             Some(of_sky) => {
                 let shaded = sample.hit & !is_foliage::<F>(sample.face);
@@ -167,7 +183,14 @@ impl Shade<'_> {
         };
         color = color + radiance.sky * sky_share;
         let sun = light.sun.truncate();
-        let mut open = zero.lt(normal.dot(V3::splat(sun))) & sample.hit;
+        let facing = normal.dot(V3::splat(sun));
+        let mut open = zero.lt(facing) & sample.hit;
+        if of_sky.is_some() {
+            // Leaves are lit from behind, too.
+            let behind = is_foliage::<F>(sample.face) & facing.lt(zero) & sample.hit;
+            origins = normal.mul_add(F::splat(-LIFT), at).or(behind, origins);
+            open = open | behind;
+        }
         if open.any() && light.sun.w > 0.0 {
             let direction = light.on_sun(of_pixel);
             let shadow = Shadow { direction, origins, active: open };
@@ -237,8 +260,11 @@ impl Shade<'_> {
                 wear::apply(&mut surfaces, pixel);
             }
             pattern::draw(&mut surfaces, pixel, light.horizon.w);
+            if DETAILED {
+                room::furnish(&mut surfaces, light, view, flat, active);
+            }
         }
-        self.apply_wetness(&mut surfaces, at, normal);
+        wet::apply(&mut surfaces, light, at, normal, long);
 
         // Schlick 1994, attenuated by roughness.
         let low = one - cosine.clamp01();
@@ -261,10 +287,16 @@ impl Shade<'_> {
             let traced = active & sharp & strong;
             if traced.any() {
                 let origins = flat.mul_add(F::splat(LIFT), at);
-                let r = rippled(light, at, normal, r, long);
+                let r = wet::rippled(light, at, normal, r, long);
                 let outside = F::Word::splat(NONE);
                 let seen = self.seen::<F, 1>(origins, r, outside, traced, stack);
-                mirrored = seen.or(traced, mirrored);
+                let soft = (surfaces.roughness - F::splat(SOFT_FROM)) * F::splat(SOFT_PER);
+                let level = normal.z.max(zero).mul_add(F::splat(-FILM), one);
+                let soft = soft.max(zero).min(F::splat(SOFT_MAX)) * level;
+                // No step where reflections are no longer traced.
+                let rough = surfaces.roughness - F::splat(ROUGHNESS_MAX - 0.1);
+                let soft = soft.max((rough * F::splat(10.0)).clamp01());
+                mirrored = seen.lerp(mirrored, soft).or(traced, mirrored);
             }
         }
         let reflected = mirrored.lerp(ambient, surfaces.roughness);
@@ -280,7 +312,22 @@ impl Shade<'_> {
         }
         let sky = surfaces.albedo.times(ambient) * (one - mirror);
 
-        let direct = surfaces.albedo * (facing.max(around) - around);
+        let mut direct = surfaces.albedo * (facing.max(around) - around);
+        if DETAILED {
+            let leaves = is_foliage::<F>(sample.face);
+            if leaves.any() {
+                let through = surfaces.albedo.times(V3::splat(THROUGH_LEAF)) * (-facing).max(zero);
+                direct = (direct + through).or(leaves, direct);
+            }
+            let paint = is_of::<F>(sample.face, Material::CarPaint);
+            if paint.any() {
+                let apart = one - r.dot(V3::splat(sun)) + F::splat(FLAKES_SPREAD);
+                let lobe = F::splat(FLAKES_SPREAD) / apart;
+                let flakes = lobe * lobe * facing.clamp01() * F::splat(FLAKES);
+                let flaky = direct * F::splat(PIGMENT) + surfaces.albedo * flakes;
+                direct = flaky.or(paint, direct);
+            }
+        }
         let spread = surfaces.roughness.mul_add(surfaces.roughness, F::splat(0.004));
         let lobe = spread / (one - r.dot(V3::splat(sun)) + spread);
         let spot = (lobe * lobe * F::splat(0.16) / spread).min(F::splat(16.0));
@@ -357,55 +404,26 @@ impl Shade<'_> {
         let normal = (-sample.normal).or(away, sample.normal);
         let facing = normal.dot(splat(light.sun)).max(zero) * F::splat(0.7);
         let arriving = splat::<F>(light.sun_color).mul_add(facing, ambient(light, normal.z));
-        let inside = F::splat(CABIN).or(sample.id.eq(around), F::splat(1.0));
+        let [near, far] = CABIN_M;
+        let inside = smooth(F::splat(near), F::splat(far), t);
+        let inside = inside.mul_add(F::splat(CABIN - 1.0), F::splat(1.0));
+        let inside = inside.or(sample.id.eq(around), F::splat(1.0));
         let surface = surfaces.albedo.times(arriving) * inside + surfaces.emission;
         surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky) * passed
-    }
-
-    /// Applies rain: wet surfaces are darker and glossier, and level ground has puddles.
-    #[inline(always)]
-    fn apply_wetness<F: Float>(
-        &self,
-        surfaces: &mut SurfaceMaterials<F>,
-        at: V3<F>,
-        normal: V3<F>,
-    ) {
-        let (wetness, puddles) = (self.light.ground.w, self.light.air.y);
-        if wetness <= 0.0 && puddles <= 0.0 {
-            return;
-        }
-        let (zero, one) = (F::splat(0.0), F::splat(1.0));
-        let upward = normal.z.max(zero);
-        let damp = upward.mul_add(F::splat(0.7), F::splat(0.3)) * F::splat(wetness);
-        surfaces.albedo = surfaces.albedo * damp.mul_add(F::splat(-0.45), one);
-        let film = upward * F::splat(wetness);
-        let sealed = zero.lt(surfaces.specular);
-        surfaces.specular = surfaces.specular.max(film * F::splat(0.05));
-        surfaces.roughness = surfaces.roughness.lerp(F::splat(0.25), film);
-        let level = F::splat(0.995).lt(normal.z) & sealed;
-        if puddles > 0.0 && level.any() {
-            // Large hollows with ragged edges.
-            let (x, y) = (at.x * F::splat(0.19), at.y * F::splat(0.19));
-            let low = noise(x, y, F::Word::splat(11)) * F::splat(0.72);
-            let (x, y) = (at.x * F::splat(1.1), at.y * F::splat(1.1));
-            let low = noise(x, y, F::Word::splat(12)).mul_add(F::splat(0.2), low);
-            let (x, y) = (at.x * F::splat(5.3), at.y * F::splat(5.3));
-            let low = noise(x, y, F::Word::splat(13)).mul_add(F::splat(0.08), low);
-            let begin = F::splat(0.9 - 0.42 * puddles);
-            let pool = smooth(begin, begin + F::splat(0.05), low).or(level, zero);
-            surfaces.albedo = surfaces.albedo * pool.mul_add(F::splat(-0.45), one);
-            surfaces.specular = surfaces.specular.max(pool * F::splat(0.02));
-            surfaces.roughness = surfaces.roughness.lerp(F::splat(0.01), pool);
-        }
     }
 }
 
 /// Returns which faces are window panes of vehicles.
 #[inline(always)]
 fn is_pane<F: Float>(face: F::Word) -> F::Mask {
-    let [tag, material] = [F::Word::splat(0xff), face.shr::<8>() & F::Word::splat(0xff)];
-    let of_building = (face & tag).eq(F::Word::splat(Tag::Building as u32));
-    material.eq(F::Word::splat(Material::Glass as u32)) & !of_building
+    let of_building = (face & F::Word::splat(0xff)).eq(F::Word::splat(Tag::Building as u32));
+    is_of::<F>(face, Material::Glass) & !of_building
+}
+
+/// Returns which faces are of a material.
+#[inline(always)]
+fn is_of<F: Float>(face: F::Word, material: Material) -> F::Mask {
+    (face.shr::<8>() & F::Word::splat(0xff)).eq(F::Word::splat(material as u32))
 }
 
 /// Returns whether a face is such a pane.
@@ -417,27 +435,5 @@ fn is_clear(face: u32) -> bool {
 /// Returns which faces are leaves or needles: their colours already have the darkness of their crown.
 #[inline(always)]
 fn is_foliage<F: Float>(face: F::Word) -> F::Mask {
-    let material = face.shr::<8>() & F::Word::splat(0xff);
-    material.eq(F::Word::splat(Material::Leaves as u32))
-        | material.eq(F::Word::splat(Material::Needles as u32))
-}
-
-/// Returns reflected directions that the rings of rain drops on level water turn, where a pixel, `pixel`
-/// metres long on the water, can resolve the rings.
-#[inline(always)]
-fn rippled<F: Float>(light: &Light, at: V3<F>, normal: V3<F>, r: V3<F>, pixel: F) -> V3<F> {
-    let rain = light.sun_radius.w;
-    if rain <= 0.0 {
-        return r;
-    }
-    let strength = pixel.mul_add(F::splat(-RIPPLES_PER_M), F::splat(1.5)).clamp01();
-    let strength = strength * F::splat(0.16 * rain);
-    let x = at.x * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0);
-    let y = at.y * F::splat(RIPPLES_PER_M) + F::splat(light.air.w * 9.0);
-    let to_x = (noise(x, y, F::Word::splat(17)) - F::splat(0.5)) * strength;
-    let to_y = (noise(x, y, F::Word::splat(18)) - F::splat(0.5)) * strength;
-    let level = F::splat(0.995).lt(normal.z);
-    let turned = V3 { x: r.x + to_x, y: r.y + to_y, z: r.z };
-    let turned = turned * (F::splat(1.0) / turned.dot(turned).sqrt());
-    turned.or(level, r)
+    is_of::<F>(face, Material::Leaves) | is_of::<F>(face, Material::Needles)
 }

@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::grain::{noise, smooth};
 use crate::light::Light;
 use crate::simd::{Float, V3, Word};
+use crate::tone_curve::{HABLE, LUMA, MUTED};
 
 #[inline(always)]
 pub(crate) fn splat<F: Float>(v: glam::Vec4) -> V3<F> {
@@ -43,7 +44,10 @@ pub(crate) fn sky<F: Float, const DETAILED: bool>(light: &Light, view: V3<F>) ->
         let fade = smooth(F::splat(0.0), F::splat(0.18), view.z);
         let by_sun = splat::<F>(light.sun_color) * (lit.min(F::splat(1.5)) * F::splat(0.2));
         let white = splat::<F>(light.horizon) * F::splat(0.75) + by_sun;
-        let white = white * (sum.mul_add(F::splat(-0.3), F::splat(1.1)));
+        // A closed layer of clouds shows where it is thick.
+        let relief = F::splat(0.3 + 1.5 * cover * cover);
+        let white =
+            white * (F::splat(0.45) - sum).mul_add(relief, F::splat(0.965)).max(F::splat(0.3));
         color = color.lerp(white, thick * fade * F::splat(0.9));
     }
     // Haze near the horizon.
@@ -85,28 +89,37 @@ pub(crate) fn tone_map<F: Float>(light: &Light, color: V3<F>) -> V3<F> {
 #[inline(always)]
 fn film<F: Float>(x: F) -> F {
     let x = x.max(F::splat(0.0));
-    // Narkowicz 2015, a fit of the ACES curve.
-    let x = x * x.mul_add(F::splat(2.51), F::splat(0.03))
-        / x.mul_add(x.mul_add(F::splat(2.43), F::splat(0.59)), F::splat(0.14));
-    x.min(F::splat(1.0))
+    const C: [f64; 5] = HABLE;
+    let [square, line] = [F::splat(C[0] as f32), F::splat(C[1] as f32)];
+    let [square_below, line_below] = [F::splat(C[2] as f32), F::splat(C[3] as f32)];
+    let below = x.mul_add(x.mul_add(square_below, line_below), F::splat(C[4] as f32));
+    (x * x.mul_add(square, line) / below).min(F::splat(1.0))
 }
 
-/// Converts linear display light to bytes: red in bits 0 to 7, green, blue, 255.
+/// Converts linear display light to bytes with muted colours: red in bits 0 to 7, green, blue, 255.
 #[inline(always)]
 pub(crate) fn encode<F: Float>(color: V3<F>) -> F::Word {
     let opaque = F::Word::splat(0xff00_0000);
-    byte(color.x) | byte(color.y).shl::<8>() | byte(color.z).shl::<16>() | opaque
+    let values = V3 { x: encoded(color.x), y: encoded(color.y), z: encoded(color.z) };
+    let luma = values.dot(V3::splat(LUMA * MUTED));
+    let values = V3 { x: luma, y: luma, z: luma } + values * F::splat(1.0 - MUTED);
+    byte(values.x) | byte(values.y).shl::<8>() | byte(values.z).shl::<16>() | opaque
 }
 
 #[inline(always)]
-fn byte<F: Float>(x: F) -> F::Word {
+fn byte<F: Float>(value: F) -> F::Word {
+    value.mul_add(F::splat(255.0), F::splat(0.5)).to_int()
+}
+
+#[inline(always)]
+fn encoded<F: Float>(x: F) -> F {
     // The sRGB curve as a sum of roots (Taylor 2012).
     let a = x.sqrt();
     let b = a.sqrt();
     let y = a * F::splat(0.662_002_7) + b * F::splat(0.684_122_1)
         - b.sqrt() * F::splat(0.323_583_6)
         - x * F::splat(0.022_541_147);
-    y.clamp01().mul_add(F::splat(255.0), F::splat(0.5)).to_int()
+    y.clamp01()
 }
 
 /// Returns the environment that a mirror reflects along `r`: the sky above, dim buildings and

@@ -203,13 +203,13 @@ impl Kernel for ShadowRays<'_> {
 
     #[inline(always)]
     fn run<F: Float>(self) -> u16 {
-        let lanes =
-            |axis: usize| F::from_array(std::array::from_fn(|lane| self.points[lane][axis]));
-        let shadow = Shadow::<F> {
-            direction: self.sun,
-            origins: V3 { x: lanes(0), y: lanes(1), z: lanes(2) },
-            active: F::Mask::from_bits(u16::MAX),
+        let origins = V3 {
+            x: F::from_array(self.points.map(|point| point.x)),
+            y: F::from_array(self.points.map(|point| point.y)),
+            z: F::from_array(self.points.map(|point| point.z)),
         };
+        let shadow =
+            Shadow::<F> { direction: self.sun, origins, active: F::Mask::from_bits(u16::MAX) };
         shadow.blocked(self.scene, self.world, &mut Stack::new()).bits()
     }
 }

@@ -1,5 +1,5 @@
-//! Age of surfaces: stains, cracks and repairs of roads, worn markings, dry grass, weathered walls. Twin of
-//! wear.wgsl.
+//! Age of surfaces: stains, cracks and repairs of roads, worn markings, dirty pavements and kerbs, dry grass,
+//! weathered walls. Twin of wear.wgsl.
 
 use glam::Vec3;
 
@@ -22,7 +22,11 @@ pub(crate) fn apply<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F) {
     }
     let grass = has(surfaces, pattern::GRASS);
     if grass.any() {
-        dry_grass(surfaces, grass);
+        dry_grass(surfaces, grass, pixel);
+    }
+    let walked = has(surfaces, pattern::SLABS | pattern::KERB);
+    if walked.any() {
+        soil(surfaces, walked, pixel);
     }
     let wall = has(surfaces, pattern::WINDOWS);
     if wall.any() {
@@ -36,6 +40,23 @@ fn noise_of<F: Float>(x: F, y: F, per_m: f32, seed: u32) -> F {
     noise(x * F::splat(per_m), y * F::splat(per_m), F::Word::splat(seed))
 }
 
+/// Returns grain whose spots are `finest_m` metres wide and, where a pixel is wider, as wide as a pixel: from −0.5
+/// to 0.5, and weaker the wider the spots are, as a mean over many of the finest ones is.
+#[inline(always)]
+fn speckle<F: Float>(x: F, y: F, pixel: F, finest_m: f32) -> F {
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let wide = (pixel * F::splat(1.0 / finest_m)).max(one);
+    // The power of two below, whose bits are the exponent.
+    let octave = wide.bits() & F::Word::splat(0xff80_0000);
+    let low = octave.as_float();
+    let per_m = F::splat(1.0 / finest_m) / low;
+    let seed = octave.shr::<23>();
+    let fine = noise(x * per_m, y * per_m, seed);
+    let per_m = per_m * half;
+    let coarse = noise(x * per_m, y * per_m, seed + F::Word::splat(1));
+    (fine.lerp(coarse, wide / low - one) - half) / wide.sqrt()
+}
+
 /// Returns the coverage of a pixel by a line `width` metres wide whose middle is `apart` metres away.
 #[inline(always)]
 fn line<F: Float>(apart: F, width: f32, pixel: F) -> F {
@@ -44,7 +65,7 @@ fn line<F: Float>(apart: F, width: f32, pixel: F) -> F {
 
 /// Returns another number from 0 to 1 of a hash.
 #[inline(always)]
-fn part<F: Float>(word: F::Word, times: u32) -> F {
+pub(super) fn part<F: Float>(word: F::Word, times: u32) -> F {
     share(word * F::Word::splat(times))
 }
 
@@ -55,6 +76,9 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     let stain =
         noise_of(x, y, 0.23, 21).mul_add(F::splat(0.6), noise_of(x, y, 0.9, 22) * F::splat(0.4));
     let mut wave = (stain - half).mul_add(F::splat(0.36), one);
+    // Aggregate, across the lattices of the others.
+    let (u, v) = (x * F::splat(0.8) + y * F::splat(0.6), y * F::splat(0.8) - x * F::splat(0.6));
+    wave = wave * speckle(u, v, pixel, 0.006).mul_add(F::splat(1.1), one);
     let near = mask & pixel.lt(F::splat(0.12));
     if near.any() {
         // Cracks are the middle level of warped noise, where the road is old.
@@ -67,6 +91,10 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
         wave = wave * crack.or(near, F::splat(0.0)).mul_add(F::splat(-0.5), one);
     }
     surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+    let lane = mask & has(surfaces, pattern::LANE);
+    if lane.any() {
+        drive(surfaces, lane);
+    }
 
     // Cells with a repaired rectangle or an iron cover.
     let cell = [9.0f32, 7.0];
@@ -105,6 +133,40 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     surfaces.albedo = surfaces.albedo * rim.or(covered, F::splat(0.0)).mul_add(F::splat(-0.6), one);
 }
 
+/// Darkens a lane by rubber in the tracks of wheels and by oil between them; dust and dirt lie at its edges.
+#[inline(always)]
+fn drive<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let [across_x, across_y, edge, width] = surfaces.wall;
+    let (x, y) = (surfaces.along, surfaces.up);
+    let from_edge = x * across_x + y * across_y - edge;
+    let off = (from_edge - width * half).abs();
+    // Drivers do not keep to one line.
+    let sway = (noise_of(x, y, 0.06, 35) - half) * F::splat(0.5);
+    let track = smooth(F::splat(0.48), F::splat(0.06), (off + sway - F::splat(0.82)).abs());
+    let oil = smooth(F::splat(0.62), F::splat(0.0), off);
+    let drips =
+        noise_of(x, y, 0.35, 36).mul_add(F::splat(0.6), noise_of(x, y, 2.6, 37) * F::splat(0.4));
+    let drips = smooth(F::splat(0.3), F::splat(0.75), drips);
+    let oil = oil * drips.mul_add(F::splat(0.65), F::splat(0.35));
+    let side = smooth(F::splat(0.75), F::splat(0.05), width * half - off);
+    let clumps = noise_of(x, y, 0.8, 38);
+    let dirt = smooth(F::splat(0.52), F::splat(0.8), clumps);
+    let mut dark = track.mul_add(F::splat(0.19), oil * F::splat(0.3));
+    let waits = surfaces.pattern.shr::<{ pattern::OIL_SHIFT }>() & F::Word::splat(3);
+    if (!waits.eq(F::Word::splat(0)) & mask).any() {
+        let waits = waits.to_float() * F::splat(1.0 / 3.0);
+        let spots = smooth(F::splat(0.5), F::splat(0.72), noise_of(y, x, 1.9, 44));
+        let pool = smooth(F::splat(0.9), F::splat(0.1), off) * waits;
+        dark = (pool * spots.mul_add(F::splat(0.7), F::splat(0.3))).mul_add(F::splat(0.4), dark);
+    }
+    dark = (side * dirt).mul_add(F::splat(0.3), dark);
+    let wave = (one - dark) * (side * (one - dirt) * clumps).mul_add(F::splat(0.4), one);
+    surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+    let polished = surfaces.roughness - track * F::splat(0.08);
+    surfaces.roughness = polished.or(mask, surfaces.roughness);
+}
+
 /// Lets the road show through a marking.
 #[inline(always)]
 fn wear_marking<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
@@ -118,17 +180,44 @@ fn wear_marking<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pix
     surfaces.albedo = surfaces.albedo.lerp(V3::splat(Vec3::splat(WORN_PAINT)), bare);
 }
 
+/// Soils pavements and kerbs by stains, and kerbs by dirt along their feet.
+#[inline(always)]
+fn soil<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
+    let (x, y) = (surfaces.along, surfaces.up);
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let (u, v) = (x * F::splat(0.8) + y * F::splat(0.6), y * F::splat(0.8) - x * F::splat(0.6));
+    let wide = noise_of(u, v, 0.37, 42);
+    let spots = noise_of(u, v, 2.3, 43);
+    let stains = smooth(F::splat(0.55), F::splat(0.9), spots) * wide;
+    let dark = stains.mul_add(F::splat(0.26), (half - wide) * F::splat(0.22));
+    let kerb = has(surfaces, pattern::KERB);
+    let [_, _, low, _] = surfaces.wall;
+    let foot = smooth(F::splat(0.10), F::splat(0.0), surfaces.height - low);
+    let foot = (foot * spots.mul_add(F::splat(0.6), F::splat(0.25))).or(kerb, F::splat(0.0));
+    let grain = speckle(u, v, pixel, 0.005) * F::splat(0.5);
+    let wave = (one - dark) * (one - foot) * (one + grain);
+    surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+}
+
 /// Makes grass dry and yellow in places, and dark where it is dense.
 #[inline(always)]
-fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
+fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
     let (x, y) = (surfaces.along, surfaces.up);
     let (one, half) = (F::splat(1.0), F::splat(0.5));
     let wide =
         noise_of(x, y, 0.045, 31).mul_add(F::splat(0.6), noise_of(x, y, 0.31, 32) * F::splat(0.4));
     let dry = smooth(F::splat(0.42), F::splat(0.78), wide) * F::splat(0.75);
     let tone = Vec3::new(1.9, 1.35, 1.25);
-    let wave = (noise_of(x, y, 1.9, 33) - half).mul_add(F::splat(0.5), one);
-    let tint = V3::splat(Vec3::ONE).lerp(V3::splat(tone), dry) * wave;
+    // Across the lattices of the others, so that no rows show.
+    let (u, v) = (x * F::splat(0.8) + y * F::splat(0.6), y * F::splat(0.8) - x * F::splat(0.6));
+    let tufts = noise_of(u, v, 1.9, 33);
+    // Blades and their shadows are longer than wide, and bend from tuft to tuft.
+    let bent = tufts.mul_add(F::splat(0.35), u);
+    let blades = speckle(bent, v * F::splat(0.45), pixel, 0.012);
+    let shade = (tufts - half).mul_add(F::splat(0.5), blades.mul_add(F::splat(1.9), one));
+    let clover = smooth(F::splat(0.56), F::splat(0.74), tufts) * (one - dry);
+    let lush = V3::splat(Vec3::ONE).lerp(V3::splat(Vec3::new(0.72, 0.92, 0.8)), clover);
+    let tint = lush.lerp(V3::splat(tone), dry) * shade.max(F::splat(0.12));
     surfaces.albedo = surfaces.albedo.times(tint).or(mask, surfaces.albedo);
 }
 
@@ -137,9 +226,14 @@ fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
 fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
     let (one, word) = (F::splat(1.0), F::Word::splat(34));
     let streaks = noise(surfaces.along * F::splat(1.6), surfaces.height * F::splat(0.13), word);
-    let streaks = smooth(F::splat(0.45), F::splat(0.9), streaks) * F::splat(0.22);
+    let streaks = smooth(F::splat(0.45), F::splat(0.9), streaks) * F::splat(0.14);
     let [_, _, low, _] = surfaces.wall;
     let splash = smooth(F::splat(1.3), F::splat(0.0), surfaces.height - low) * F::splat(0.3);
-    let wave = (one - streaks) * (one - splash);
+    // Old plaster and repainted places.
+    let (x, y) = (surfaces.along, surfaces.height);
+    let places =
+        noise_of(x, y, 0.21, 40).mul_add(F::splat(0.6), noise_of(x, y, 1.3, 41) * F::splat(0.4));
+    let places = (places - F::splat(0.5)).mul_add(F::splat(0.3), one);
+    let wave = (one - streaks) * (one - splash) * places;
     surfaces.albedo = surfaces.albedo * wave.or(mask, one);
 }

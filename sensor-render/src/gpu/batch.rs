@@ -8,9 +8,11 @@ use crate::film::{CELLS, Development};
 use crate::lidar::Lidar;
 use crate::lidar_air::Air;
 use crate::lidar_echo::Echoes;
+use crate::lidar_spray::Spray;
 use crate::light::Light;
 use crate::overlay::{TEXT_NEAR_M, Text};
 use crate::rain::Rainfall;
+use crate::rain::{PUFFS_MAX, Puff};
 use crate::rays::{Camera, Sensor};
 use crate::scene::Scene;
 use crate::{error::TraceError, job::BundleJob, outputs, world::World};
@@ -101,10 +103,12 @@ pub(crate) struct GpuLidar {
     pub(crate) rain: f32,
     pub(crate) drop_scale: f32,
     pub(crate) least_power: f32,
-    pub(crate) reserved: [u32; 3],
+    pub(crate) puff_count: u32,
+    pub(crate) reserved: [u32; 2],
+    pub(crate) puffs: [Puff; PUFFS_MAX],
 }
 
-const _: () = assert!(size_of::<GpuLidar>() == 160);
+const _: () = assert!(size_of::<GpuLidar>() == 416);
 
 /// Consecutive sensors of one bundle: a range of its payload, and the place of that range in the
 /// output of the device.
@@ -304,9 +308,9 @@ impl Batch {
             self.circles.extend_from_slice(bytemuck::cast_slice(numbers.as_flattened()));
         }
         let receiver = &lidar.receiver;
-        let (rays, ring, air) = match &lidar.echoes {
-            Some(Echoes { rays, ring, air }) => (*rays, *ring, *air),
-            None => (0, 0.0, Air::default()),
+        let (rays, ring, air, spray) = match &lidar.echoes {
+            Some(Echoes { rays, ring, air, spray }) => (*rays, *ring, *air, *spray),
+            None => (0, 0.0, Air::default(), Spray::default()),
         };
         self.lidars.push(GpuLidar {
             origin: extended(lidar.origin, receiver.range_m),
@@ -334,7 +338,9 @@ impl Batch {
             rain: air.rain,
             drop_scale: air.drop_scale,
             least_power: air.least_power,
-            reserved: [0; 3],
+            puff_count: spray.count,
+            reserved: [0; 2],
+            puffs: spray.puffs,
         });
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }

@@ -36,7 +36,8 @@ struct Development {
     coarse: vec2u,
     balance: array<vec4f, 3>,
     curve: array<f32, CURVE>,
-    reserved: array<f32, 3>,
+    muted: f32,
+    reserved: array<f32, 2>,
     to_before: array<vec4f, 4>,
     blur: array<f32, 16>,
     thin_lens: array<vec4f, 2>,
@@ -249,10 +250,13 @@ fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
             vec3f(pixel_noise(at, seed, 0u), pixel_noise(at, seed, 1u), pixel_noise(at, seed, 2u));
         exposed += sqrt(exposed * developments[how].shot + developments[how].read) * random;
     }
-    let red = tone_of(how, dot(developments[how].balance[0].xyz, exposed));
-    let green = tone_of(how, dot(developments[how].balance[1].xyz, exposed));
-    let blue = tone_of(how, dot(developments[how].balance[2].xyz, exposed));
-    bytes_out[cameras[index].color + at.y * size.x + at.x] = red | green << 8u | blue << 16u | 0xff000000u;
+    let values = vec3f(
+        tone_of(how, dot(developments[how].balance[0].xyz, exposed)),
+        tone_of(how, dot(developments[how].balance[1].xyz, exposed)),
+        tone_of(how, dot(developments[how].balance[2].xyz, exposed)));
+    let bytes = vec3u(mute(values, developments[how].muted) + 0.5);
+    bytes_out[cameras[index].color + at.y * size.x + at.x] =
+        bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
 }
 
 // Random number with mean 0 and variance 1.
@@ -263,13 +267,12 @@ fn pixel_noise(at: vec2u, seed: u32, channel: u32) -> f32 {
     return (f32(sum) - 2.0 * 65535.0) * (1.7320508 / 65536.0);
 }
 
-// Value of a pixel by the tone curve.
-fn tone_of(how: u32, light: f32) -> u32 {
+// Value of a pixel by the tone curve, from 0 to 255.
+fn tone_of(how: u32, light: f32) -> f32 {
     let last = CURVE_FIRST_BITS + ((CURVE - 1u) << CURVE_STEP_BITS) - 1u;
     let bits =
         min(bitcast<u32>(max(light, bitcast<f32>(CURVE_FIRST_BITS))), last) - CURVE_FIRST_BITS;
     let entry = bits >> CURVE_STEP_BITS;
     let part = f32(bits & ((1u << CURVE_STEP_BITS) - 1u)) / f32(1u << CURVE_STEP_BITS);
-    let value = mix(developments[how].curve[entry], developments[how].curve[entry + 1u], part);
-    return u32(value + 0.5);
+    return mix(developments[how].curve[entry], developments[how].curve[entry + 1u], part);
 }

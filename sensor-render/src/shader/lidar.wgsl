@@ -48,7 +48,7 @@ fn trace_echoes(index: u32, beam: u32, azimuth: vec2f, elevation: vec2f, origin:
                 count++;
             }
         }
-        returns = echoes_of(index, beam, count);
+        returns = echoes_of(index, beam, Ray(origin, axes * in_sensor), count);
     }
     let start = mixed(lidars[index].seed ^ beam);
     let strongest = received(index, returns[0], mixed(start + 2u), mixed(start + 3u));

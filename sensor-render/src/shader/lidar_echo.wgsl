@@ -1,9 +1,11 @@
-// Echoes of pulses with a width, of fog and of rain. Twin of lidar_echo.rs.
+// Echoes of pulses with a width, of fog, of rain and of spray. Twin of lidar_echo.rs and lidar_spray.rs.
 
 const SUB_RAYS = 7u;
 const ECHO_M = 0.75;
 const BLIND_M = 1.0;
 const TAG_OTHER = 22u;
+const CLUMP_REFLECTIVITY = 0.08355;
+const HALVINGS = 21u;
 
 // What one ray of a beam met.
 struct Met {
@@ -84,8 +86,43 @@ fn consider(echo: Echo, least_power: f32, best: ptr<function, BestEchoes>) {
     }
 }
 
+// Optical depth of spray along a beam.
+fn depth_in_spray(index: u32, axis: Ray, distance: f32) -> f32 {
+    var sum = 0.0;
+    for (var number = 0u; number < lidars[index].puff_count; number++) {
+        sum += optical_depth(lidars[index].puffs[number], axis, distance);
+    }
+    return sum;
+}
+
+// Distance of the first clump of spray nearer than `nearest`; 0: there is none.
+fn first_clump(index: u32, axis: Ray, nearest: f32, start: u32) -> f32 {
+    var first = 0.0;
+    var end = nearest;
+    for (var number = 0u; number < lidars[index].puff_count; number++) {
+        let puff = lidars[index].puffs[number];
+        let depth = -log((f32(mixed(start + 9u + number) >> 8u) + 0.5) * (1.0 / 16777216.0));
+        if (optical_depth(puff, axis, end) <= depth) {
+            continue;
+        }
+        var low = 0.0;
+        var high = end;
+        for (var halving = 0u; halving < HALVINGS; halving++) {
+            let middle = 0.5 * (low + high);
+            if (optical_depth(puff, axis, middle) <= depth) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        end = high;
+        first = high;
+    }
+    return first;
+}
+
 // Echo of the surfaces met from `first` to before `end`.
-fn echo_of_surface(index: u32, first: u32, end: u32) -> Echo {
+fn echo_of_surface(index: u32, axis: Ray, first: u32, end: u32) -> Echo {
     var sum = 0.0;
     var moment = 0.0;
     var brightest = met[first];
@@ -101,7 +138,8 @@ fn echo_of_surface(index: u32, first: u32, end: u32) -> Echo {
     if (end - first > 1u && sum != 0.0) {
         distance = moment / sum;
     }
-    let through = exp(-2.0 * lidars[index].extinction * distance);
+    let in_spray = depth_in_spray(index, axis, distance);
+    let through = exp(-2.0 * (lidars[index].extinction * distance + in_spray));
     let reflectivity = sum * (1.0 / f32(lidars[index].rays)) * through;
     return Echo(
         distance, reflectivity / (distance * distance), reflectivity, brightest.cosine,
@@ -114,7 +152,7 @@ fn echo_of_air(distance: f32, power: f32) -> Echo {
 }
 
 // Strongest echo and the last one of a beam, or the second strongest if the last is the strongest.
-fn echoes_of(index: u32, beam: u32, count: u32) -> array<Echo, 2> {
+fn echoes_of(index: u32, beam: u32, axis: Ray, count: u32) -> array<Echo, 2> {
     let start = mixed(lidars[index].seed ^ beam);
     if (f32(mixed(start + 1u) >> 8u) * (1.0 / 16777216.0) < lidars[index].z_axis.w) {
         return array<Echo, 2>(NO_ECHO, NO_ECHO);
@@ -128,7 +166,7 @@ fn echoes_of(index: u32, beam: u32, count: u32) -> array<Echo, 2> {
             ends = met[end].t - met[end - 1u].t > ECHO_M;
         }
         if (ends) {
-            consider(echo_of_surface(index, first, end), least_power, &best);
+            consider(echo_of_surface(index, axis, first, end), least_power, &best);
             first = end;
         }
     }
@@ -149,6 +187,11 @@ fn echoes_of(index: u32, beam: u32, count: u32) -> array<Echo, 2> {
         if (distance >= BLIND_M && distance < nearest) {
             consider(echo_of_air(distance, power), least_power, &best);
         }
+    }
+    let clump = first_clump(index, axis, nearest, start);
+    if (clump >= BLIND_M) {
+        let through = exp(-2.0 * lidars[index].extinction * clump);
+        consider(echo_of_air(clump, CLUMP_REFLECTIVITY * through / (clump * clump)), least_power, &best);
     }
     if (best.last.distance == best.strongest.distance) {
         best.last = best.second;

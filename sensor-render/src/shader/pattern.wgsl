@@ -1,4 +1,4 @@
-// Regular patterns: windows, bricks, slabs, tiles. Twin of pattern.rs.
+// Regular patterns: windows, bricks, slabs, tiles, number plates. Twin of pattern.rs.
 
 const FLOOR_M = 3.1;
 const BAY_M = 3.64;
@@ -27,6 +27,9 @@ fn draw(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     }
     if ((pattern & 2u) != 0u) {
         panes(surface, vec2f(1.7, 1.55), vec2f(0.5, 0.735), 0.775, pixel);
+    }
+    if ((pattern & PLATE) != 0u) {
+        draw_plate(surface, pixel);
     }
 }
 

@@ -140,9 +140,11 @@ struct Lidar {
     rain: f32,
     drop_scale: f32,
     least_power: f32,
+    // Spray: see Spray in lidar_spray.rs.
+    puff_count: u32,
     reserved0: u32,
     reserved1: u32,
-    reserved2: u32,
+    puffs: array<Puff, 8>,
 }
 
 @group(0) @binding(0) var<uniform> frame: FrameUniforms;

@@ -7,9 +7,18 @@ const ROUGHNESS_MAX = 0.3;
 const MIRROR_MIN = 0.05;
 
 // See shade.rs.
+const SOFT_FROM = 0.08;
+const FILM = 0.4;
+const SOFT_PER = 4.0;
+const SOFT_MAX = 0.7;
+const THROUGH_LEAF = vec3f(0.62, 0.70, 0.30);
+const PIGMENT = 0.82;
+const FLAKES = 0.5;
+const FLAKES_SPREAD = 0.13;
 const PANE = 0.72;
 const PANES_MAX = 4u;
 const CABIN = 0.3;
+const CABIN_M = vec2f(0.06, 0.3);
 
 const RIPPLES_PER_M = 14.0;
 
@@ -57,17 +66,21 @@ fn with_shadows(radiance: Radiance, ray: Ray, hit: Hit, of_pixel: vec4f, of_sky:
         return radiance.base;
     }
     let normal = normal_of(hit, ray.direction);
-    let origin = ray.origin + ray.direction * hit.t + normal * LIFT;
+    var origin = ray.origin + ray.direction * hit.t + normal * LIFT;
+    let facing = dot(normal, frame.sun.xyz);
+    var open = facing > 0.0;
     var open_sky = 1.0;
     if (SMOOTH) {
         // Colours of leaves already have the darkness of their crown.
-        let material = material_of(hit);
-        if (material != LEAVES && material != NEEDLES) {
+        if (!is_foliage(hit)) {
             open_sky = sky_share(of_sky, origin, normal, hit.t);
+        } else if (facing < 0.0) {
+            // Leaves are lit from behind, too.
+            origin -= normal * (2.0 * LIFT);
+            open = true;
         }
     }
     var color = radiance.base + radiance.sky * open_sky;
-    var open = dot(normal, frame.sun.xyz) > 0.0;
     if (open && frame.sun.w > 0.0) {
         let to_sun = frame.sun.xyz + frame.sun_radius.xyz * of_pixel.z
             + cross(frame.sun.xyz, frame.sun_radius.xyz) * of_pixel.w;
@@ -102,8 +115,11 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
             apply_wear(&surface, sqrt(pixel * long));
         }
         draw(&surface, sqrt(pixel * long));
+        if (SMOOTH) {
+            furnish(&surface, view, flat_normal);
+        }
     }
-    apply_wetness(&surface, at, normal);
+    apply_wetness(&surface, at, normal, long);
 
     let low = 1.0 - clamp(cosine, 0.0, 1.0);
     let fifth = low * low * (low * low) * low;
@@ -137,8 +153,14 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
                 begin += seen.t + LIFT;
                 share *= PANE;
             } else {
-                let color = glimpse(ray, seen, select(id_of(hit), NONE, is_mirror));
-                mirrored = select(mirrored, color, is_mirror);
+                let color = glimpse(ray, seen, begin - LIFT + seen.t, select(id_of(hit), NONE, is_mirror));
+                // No step where reflections are no longer traced.
+                let soft = max(
+                    clamp((surface.roughness - SOFT_FROM) * SOFT_PER, 0.0, SOFT_MAX)
+                        * (1.0 - FILM * max(normal.z, 0.0)),
+                    clamp((surface.roughness - (ROUGHNESS_MAX - 0.1)) * 10.0, 0.0, 1.0),
+                );
+                mirrored = select(mirrored, mix(color, mirrored, soft), is_mirror);
                 behind = select(color * share, behind, is_mirror);
                 step = select(end, step, is_mirror);
             }
@@ -149,7 +171,14 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let base = mix(shaded, reflected, mirror) + surface.emission + behind * (1.0 - mirror);
     let sky = surface.albedo * sky_light * (1.0 - mirror);
 
-    let direct = surface.albedo * (max(facing, around) - around);
+    var direct = surface.albedo * (max(facing, around) - around);
+    if (SMOOTH && is_foliage(hit)) {
+        direct += surface.albedo * THROUGH_LEAF * max(-facing, 0.0);
+    }
+    if (SMOOTH && material_of(hit) == CAR_PAINT) {
+        let flakes = FLAKES_SPREAD / (1.0 - dot(r, frame.sun.xyz) + FLAKES_SPREAD);
+        direct = direct * PIGMENT + surface.albedo * (flakes * flakes * clamp(facing, 0.0, 1.0) * FLAKES);
+    }
     let spread = surface.roughness * surface.roughness + 0.004;
     let lobe = spread / (1.0 - dot(r, frame.sun.xyz) + spread);
     let spot = min(lobe * lobe * 0.16 / spread, 16.0);
@@ -162,13 +191,19 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     return Radiance(base + lamps.others, sky, sun, lamps.strongest, lamps.number);
 }
 
+fn is_foliage(hit: Hit) -> bool {
+    let material = material_of(hit);
+    return material == LEAVES || material == NEEDLES;
+}
+
 fn is_pane(hit: Hit) -> bool {
     return material_of(hit) == GLASS && tag_of(hit) != BUILDING;
 }
 
 // Radiance of a surface in the distance: its diffuse light, without shadows and patterns, and its emission;
-// of the sky where there is none. A surface with the id `around` lies within a vehicle.
-fn glimpse(ray: Ray, hit: Hit, around: u32) -> vec3f {
+// of the sky where there is none. A surface with the id `around` lies within a vehicle, `depth` metres behind a
+// pane.
+fn glimpse(ray: Ray, hit: Hit, depth: f32, around: u32) -> vec3f {
     if (hit.triangle == NONE) {
         return gradient(ray.direction.z);
     }
@@ -176,7 +211,8 @@ fn glimpse(ray: Ray, hit: Hit, around: u32) -> vec3f {
     let normal = normal_of(hit, ray.direction);
     let facing = max(dot(normal, frame.sun.xyz), 0.0) * 0.7;
     let arriving = frame.sun_color.xyz * facing + ambient(normal.z);
-    let inside = select(1.0, CABIN, id_of(hit) == around);
+    let shade = mix(1.0, CABIN, smoothly(CABIN_M.x, CABIN_M.y, depth));
+    let inside = select(1.0, shade, id_of(hit) == around);
     let color = surface.albedo * arriving * inside + surface.emission;
     return mix(color, frame.haze.xyz, haze_share(hit.t));
 }
@@ -200,6 +236,9 @@ fn smooth_normal_of(hit: Hit, view: vec3f, flat_normal: vec3f) -> vec3f {
         return flat_normal;
     }
     let words = corner_normals[hit.triangle - frame.town.x];
+    if (words.w != 0u) {
+        return flat_normal;
+    }
     let sum = unpacked(words.x) * (1.0 - hit.u - hit.v) + unpacked(words.y) * hit.u
         + unpacked(words.z) * hit.v;
     let rows = instances[hit.instance].actor_from_world;
@@ -218,23 +257,30 @@ fn unpacked(word: u32) -> vec3f {
     return normalize(vec3f(x, y, z));
 }
 
-// Applies rain: wet surfaces are darker and glossier, and level ground has puddles.
-fn apply_wetness(surface: ptr<function, SurfaceMaterial>, at: vec3f, normal: vec3f) {
+// Applies rain: wet surfaces are darker, sealed ones also glossier, and sealed level ground has puddles. A
+// pixel is `long` metres long on the surface.
+fn apply_wetness(surface: ptr<function, SurfaceMaterial>, at: vec3f, normal: vec3f, long: f32) {
     let damp = frame.ground.w;
     let puddles = frame.air.y;
     let upward = max(normal.z, 0.0);
     (*surface).albedo *= 1.0 - 0.45 * (0.3 + 0.7 * upward) * damp;
-    let film = upward * damp;
+    // Grass, leaves and soil hold no film of water.
     let sealed = (*surface).specular > 0.0;
+    let film = select(0.0, upward * damp, sealed);
     (*surface).specular = max((*surface).specular, film * 0.05);
     (*surface).roughness = mix((*surface).roughness, 0.25, film);
     if (puddles > 0.0 && normal.z > 0.995 && sealed) {
-        // Large hollows with ragged edges.
-        let low = noise_at(at.x * 0.19, at.y * 0.19, 11u) * 0.72
-            + noise_at(at.x * 1.1, at.y * 1.1, 12u) * 0.2
-            + noise_at(at.x * 5.3, at.y * 5.3, 13u) * 0.08;
-        let begin = 0.9 - 0.42 * puddles;
-        let pool = smoothly(begin, begin + 0.05, low);
+        // Large hollows with uneven edges, across the lattices of roads.
+        let p = vec2f(at.x * 0.8 + at.y * 0.6, at.y * 0.8 - at.x * 0.6);
+        // Where a pixel resolves the finest ones; else their mean.
+        let near = clamp(1.5 - long * 3.1, 0.0, 1.0);
+        let low = noise_at(p.x * 0.19, p.y * 0.19, 11u) * 0.72
+            + noise_at(p.x * 0.83, p.y * 0.83, 12u) * 0.2 + 0.04
+            + (noise_at(p.x * 3.1, p.y * 3.1, 13u) - 0.5) * near * 0.05;
+        // The hollows change by about a third per metre, and an edge is as wide as a pixel at least.
+        let middle = 0.925 - 0.42 * puddles;
+        let half = 0.035 + 0.17 * long;
+        let pool = smoothly(middle - half, middle + half, low);
         (*surface).albedo *= 1.0 - 0.45 * pool;
         (*surface).specular = max((*surface).specular, pool * 0.02);
         (*surface).roughness = mix((*surface).roughness, 0.01, pool);

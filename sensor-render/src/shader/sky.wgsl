@@ -27,7 +27,9 @@ fn sky_of(view: vec3f) -> vec3f {
         let begin = 0.76 - 0.76 * cover;
         let thick = smoothly(begin, begin + 0.32, sum);
         let fade = smoothly(0.0, 0.18, view.z);
-        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * (lit * 0.2)) * (1.1 - 0.3 * sum);
+        // A closed layer of clouds shows where it is thick.
+        let relief = max(0.965 + (0.45 - sum) * (0.3 + 1.5 * cover * cover), 0.3);
+        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * (lit * 0.2)) * relief;
         color = mix(color, white, thick * fade * 0.9);
     }
     return mix(color, frame.haze.xyz, haze_share(500.0 / (1.0 + 9.0 * height)));
@@ -49,18 +51,28 @@ fn haze_share(distance: f32) -> f32 {
     return 1.0 - 1.0 / (1.0 + x * (1.0 + x * (0.5 + 0.2 * x)));
 }
 
+const MUTED = 0.12;
+
 // Converts radiance to linear display light, from 0 to 1.
 fn tone_map(radiance: vec3f) -> vec3f {
-    let c = max(radiance * frame.air.z, vec3f(0.0));
-    return min(c * (2.51 * c + 0.03) / (c * (2.43 * c + 0.59) + 0.14), vec3f(1.0));
+    let exposed = radiance * frame.air.z;
+    let c = max(exposed, vec3f(0.0));
+    // HABLE in tone_curve.rs.
+    return min(c * (2.1751162 * c + 0.03531033) / (c * (1.9800 * c + 0.90) + 0.06), vec3f(1.0));
 }
 
-// Converts linear display light to bytes.
+// Moves values of a pixel towards their luma.
+fn mute(values: vec3f, share: f32) -> vec3f {
+    return mix(values, vec3f(dot(values, vec3f(0.2126, 0.7152, 0.0722))), share);
+}
+
+// Converts linear display light to bytes with muted colours.
 fn encode(film: vec3f) -> u32 {
     let a = sqrt(film);
     let b = sqrt(a);
     let curve = 0.6620027 * a + 0.68412206 * b - 0.3235836 * sqrt(b) - 0.022541147 * film;
-    let bytes = vec3u(clamp(curve, vec3f(0.0), vec3f(1.0)) * 255.0 + 0.5);
+    let values = mute(clamp(curve, vec3f(0.0), vec3f(1.0)), MUTED);
+    let bytes = vec3u(values * 255.0 + 0.5);
     return bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
 }
 

@@ -6,6 +6,7 @@
 const GLASS = 18u;
 const BUILDING = 3u; // A tag.
 const CAR_PAINT = 19u;
+const SIGN = 28u;
 const LAMP_WHITE = 22u;
 const LAMP_RED = 23u;
 const LAMP_AMBER = 24u;
@@ -19,11 +20,25 @@ const LAMP_HIGH = 39u;
 const SIGNAL_RED = 25u;
 const SIGNAL_YELLOW = 26u;
 const SIGNAL_GREEN = 27u;
+const BARK = 14u;
 const LEAVES = 15u;
 const NEEDLES = 16u;
 
 const PAINTS = array<u32, 8>(
     0x2a2a8cu, 0x6e4628u, 0x3c5a2du, 0x28282au, 0x969696u, 0x1e82b4u, 0x50286eu, 0xb4bebeu);
+
+// Bits of `pattern`: see surface_material.rs.
+const ROOM = 256u;
+const LANE = 512u;
+
+const LANE_M = vec2f(2.2, 5.5);
+const KERB_M = 0.19;
+
+// See surface_material.rs.
+const PAINT = vec2f(0.01, 0.76);
+const BARK_LENGTH = 0.35;
+const LENS = 1u;
+const LENS_SHARE = 0.25;
 
 struct SurfaceMaterial {
     albedo: vec3f,
@@ -73,7 +88,10 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
             return vec3f(3.2, 0.12, 0.06) * max(shines(lights, 8u), tail);
         }
         case LAMP_REVERSE: { return vec3f(4.5, 4.4, 4.2) * shines(lights, 64u); }
-        case LAMP_FOG: { return vec3f(5.0, 4.8, 4.0) * shines(lights, 128u); }
+        case LAMP_FOG: {
+            let is_rear = albedo.x > albedo.y * 2.0;
+            return select(vec3f(5.0, 4.8, 4.0), vec3f(4.8, 0.18, 0.09), is_rear) * shines(lights, 128u);
+        }
         case LAMP_INTERIOR: { return vec3f(4.0, 3.7, 3.0) * shines(lights, 256u); }
         case INDICATOR_LEFT: { return amber * shines(lights, 32u); }
         case INDICATOR_RIGHT: { return amber * shines(lights, 16u); }
@@ -150,7 +168,7 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
         if (is_actor) {
             paint = instances[hit.instance].color;
         }
-        albedo = linear_of(unpack4x8unorm(paint).xyz);
+        albedo = linear_of(unpack4x8unorm(paint).xyz) * PAINT.y + PAINT.x;
     }
     let tint = bitcast<u32>(triangles[hit.triangle * 3u].w) >> 16u;
     if (tint != 0u) {
@@ -169,13 +187,16 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     var along = vec3f(1.0, 0.0, 0.0);
     var up = vec3f(0.0, 1.0, 0.0);
     let flat_ = normal.x * normal.x + normal.y * normal.y;
-    if (foliage) {
+    if (foliage || code == BARK) {
         let n = abs(normal);
         if (n.x >= max(n.y, n.z)) {
             along = vec3f(0.0, 1.0, 0.0);
             up = vec3f(0.0, 0.0, 1.0);
         } else if (n.y >= n.z) {
             up = vec3f(0.0, 0.0, 1.0);
+        }
+        if (code == BARK) {
+            up *= BARK_LENGTH;
         }
     } else if (flat_ > 0.24 * normal.z * normal.z) {
         pattern &= ~64u;
@@ -188,15 +209,75 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     );
     if (is_actor) {
         surface.pattern = 0u;
-        surface.grain = vec4f(0.0);
-        surface.emission = actor_emission(code, instances[hit.instance].lights, albedo);
+        if (code != BARK) {
+            surface.grain = vec4f(0.0);
+        }
+        let is_lens = code == GLASS && tint == LENS;
+        surface.emission = actor_emission(
+            select(code, LAMP_WHITE, is_lens), instances[hit.instance].lights, albedo)
+            * select(1.0, LENS_SHARE, is_lens);
+        if (code == SIGN && tint == PLATE_TINT) {
+            let rows = instances[hit.instance].actor_from_world;
+            let origin = vec3f(rows[0].w, rows[1].w, rows[2].w);
+            let right = rows[0].xyz * along.x + rows[1].xyz * along.y + rows[2].xyz * along.z;
+            let above = rows[0].xyz * up.x + rows[1].xyz * up.y + rows[2].xyz * up.z;
+            surface.albedo = color.xyz;
+            surface.pattern = PLATE;
+            surface.wall = pane_of(hit.triangle, along) - vec4f(dot(along, origin), 0.0, dot(up, origin), 0.0);
+            surface.along = dot(at, right);
+            surface.up = dot(at, above);
+        }
     } else if (code == LAMP_WHITE) {
         surface.emission = street_light_emission(owner);
     } else if (code == GLASS && (bitcast<u32>(triangles[hit.triangle * 3u].w) & 255u) == BUILDING
         && tint != 0u) {
         surface.emission = room_emission(seed, tint);
+        if (abs(normal.z) * 100.0 < sqrt(flat_)) {
+            surface.pattern |= ROOM;
+            surface.wall = pane_of(hit.triangle, along);
+            surface.seed = mixed(seed ^ tint);
+        }
+    } else if ((pattern & KERB) != 0u) {
+        let stone = pane_of(hit.triangle, along);
+        let has_foot = up.z > 0.9 && stone.w < KERB_M;
+        surface.wall = select(vec4f(0.0, 0.0, -1e4, 0.0), stone, has_foot);
+    } else if ((pattern & 32u) != 0u && tint != 0u) {
+        let lane = lane_of(hit.triangle);
+        if (lane.w > LANE_M.x && lane.w < LANE_M.y) {
+            // The blue of a lane's tint is its red, increased where vehicles wait.
+            let oil = min(max(tint & 31u, tint >> 11u) - (tint >> 11u), 3u);
+            surface.albedo.z = surface.albedo.x;
+            surface.pattern |= LANE | (oil << 12u);
+            surface.wall = lane;
+        }
     }
     return surface;
+}
+
+// Extent of a triangle that is half of an upright pane.
+fn pane_of(triangle: u32, along: vec3f) -> vec4f {
+    let corner = triangles[triangle * 3u].xyz;
+    let edge1 = triangles[triangle * 3u + 1u].xyz;
+    let edge2 = triangles[triangle * 3u + 2u].xyz;
+    let a = dot(edge1, along);
+    let b = dot(edge2, along);
+    let left = min(min(a, b), 0.0);
+    let low = min(min(edge1.z, edge2.z), 0.0);
+    return vec4f(
+        dot(corner, along) + left, max(max(a, b), 0.0) - left, corner.z + low,
+        max(max(edge1.z, edge2.z), 0.0) - low,
+    );
+}
+
+// Lane of a triangle whose first edge lies along an edge of the lane.
+fn lane_of(triangle: u32) -> vec4f {
+    let corner = triangles[triangle * 3u].xyz;
+    let edge1 = triangles[triangle * 3u + 1u].xyz;
+    let edge2 = triangles[triangle * 3u + 2u].xyz;
+    let long = sqrt(max(edge1.x * edge1.x + edge1.y * edge1.y, 1e-6));
+    let across = vec2f(edge1.y, -edge1.x) * (1.0 / long);
+    let width = dot(edge2.xy, across);
+    return vec4f(across, dot(corner.xy, across) + min(width, 0.0), abs(width));
 }
 
 // Adds grain to the albedo where a pixel, `pixel` metres wide on the surface, can resolve it.

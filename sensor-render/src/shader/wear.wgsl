@@ -1,9 +1,11 @@
-// Age of surfaces: stains, cracks and repairs of roads, worn markings, dry grass, weathered walls. Twin of
-// wear.rs.
+// Age of surfaces: stains, cracks and repairs of roads, worn markings, dirty pavements and kerbs, dry grass,
+// weathered walls. Twin of wear.rs.
 
 const ROAD = 32u;
 const MARKING = 64u;
 const GRASS = 128u;
+const SLABS = 8u;
+const KERB = 2048u;
 const WORN_PAINT = 0.1;
 
 fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
@@ -15,11 +17,25 @@ fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
         wear_marking(surface, pixel);
     }
     if ((pattern & GRASS) != 0u) {
-        dry_grass(surface);
+        dry_grass(surface, pixel);
+    }
+    if ((pattern & (SLABS | KERB)) != 0u) {
+        soil(surface, pixel);
     }
     if ((pattern & 1u) != 0u) {
         weather_wall(surface);
     }
+}
+
+// Grain whose spots are `finest_m` metres wide and, where a pixel is wider, as wide as a pixel.
+fn speckle(x: f32, y: f32, pixel: f32, finest_m: f32) -> f32 {
+    let wide = max(pixel * (1.0 / finest_m), 1.0);
+    let octave = bitcast<u32>(wide) & 0xff800000u;
+    let low = bitcast<f32>(octave);
+    let per_m = (1.0 / finest_m) / low;
+    let fine = noise_at(x * per_m, y * per_m, octave >> 23u);
+    let coarse = noise_at(x * per_m * 0.5, y * per_m * 0.5, (octave >> 23u) + 1u);
+    return (mix(fine, coarse, wide / low - 1.0) - 0.5) / sqrt(wide);
 }
 
 // Coverage of a pixel by a line whose middle is `apart` metres away.
@@ -32,6 +48,8 @@ fn wear_road(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let y = (*surface).up;
     let stain = noise_at(x * 0.23, y * 0.23, 21u) * 0.6 + noise_at(x * 0.9, y * 0.9, 22u) * 0.4;
     var wave = 1.0 + (stain - 0.5) * 0.36;
+    // Aggregate, across the lattices of the others.
+    wave *= 1.0 + 1.1 * speckle(x * 0.8 + y * 0.6, y * 0.8 - x * 0.6, pixel, 0.006);
     if (pixel < 0.12) {
         let age = smoothly(0.5, 0.62, noise_at(x * 0.07, y * 0.07, 26u));
         let right = x + (noise_at(x * 1.7, y * 1.7, 23u) - 0.5) * 0.9;
@@ -40,6 +58,9 @@ fn wear_road(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
         wave *= 1.0 - 0.5 * line_of(abs(crack) * (1.0 / 0.6), 0.02, pixel) * age;
     }
     (*surface).albedo *= wave;
+    if (((*surface).pattern & LANE) != 0u) {
+        drive(surface);
+    }
 
     let cell = vec2f(9.0, 7.0);
     let cells = vec2f(x, y) * (1.0 / cell);
@@ -75,6 +96,27 @@ fn wear_road(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     (*surface).albedo *= 1.0 - 0.6 * rim;
 }
 
+// Darkens a lane by rubber in the tracks of wheels and by oil between them; dust and dirt lie at its edges.
+fn drive(surface: ptr<function, SurfaceMaterial>) {
+    let x = (*surface).along;
+    let y = (*surface).up;
+    let wall = (*surface).wall;
+    let off = abs(x * wall.x + y * wall.y - wall.z - wall.w * 0.5);
+    let sway = (noise_at(x * 0.06, y * 0.06, 35u) - 0.5) * 0.5;
+    let track = smoothly(0.48, 0.06, abs(off + sway - 0.82));
+    let drips = noise_at(x * 0.35, y * 0.35, 36u) * 0.6 + noise_at(x * 2.6, y * 2.6, 37u) * 0.4;
+    let oil = smoothly(0.62, 0.0, off) * (smoothly(0.3, 0.75, drips) * 0.65 + 0.35);
+    let side = smoothly(0.75, 0.05, wall.w * 0.5 - off);
+    let clumps = noise_at(x * 0.8, y * 0.8, 38u);
+    let dirt = smoothly(0.52, 0.8, clumps);
+    let waits = f32(((*surface).pattern >> 12u) & 3u) * (1.0 / 3.0);
+    let spots = smoothly(0.5, 0.72, noise_at(y * 1.9, x * 1.9, 44u));
+    let pool = smoothly(0.9, 0.1, off) * waits * (spots * 0.7 + 0.3);
+    let dark = track * 0.19 + oil * 0.3 + pool * 0.4 + side * dirt * 0.3;
+    (*surface).albedo *= (1.0 - dark) * (1.0 + 0.4 * side * (1.0 - dirt) * clumps);
+    (*surface).roughness -= track * 0.08;
+}
+
 fn wear_marking(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let x = (*surface).along;
     let y = (*surface).up;
@@ -83,17 +125,42 @@ fn wear_marking(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     (*surface).albedo = mix((*surface).albedo, vec3f(WORN_PAINT), bare);
 }
 
-fn dry_grass(surface: ptr<function, SurfaceMaterial>) {
+// Soils pavements and kerbs by stains, and kerbs by dirt along their feet.
+fn soil(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
+    let u = (*surface).along * 0.8 + (*surface).up * 0.6;
+    let v = (*surface).up * 0.8 - (*surface).along * 0.6;
+    let wide = noise_at(u * 0.37, v * 0.37, 42u);
+    let spots = noise_at(u * 2.3, v * 2.3, 43u);
+    let dark = smoothly(0.55, 0.9, spots) * wide * 0.26 + (0.5 - wide) * 0.22;
+    var foot = smoothly(0.10, 0.0, (*surface).height - (*surface).wall.z) * (spots * 0.6 + 0.25);
+    foot = select(0.0, foot, ((*surface).pattern & KERB) != 0u);
+    (*surface).albedo *= (1.0 - dark) * (1.0 - foot) * (1.0 + 0.5 * speckle(u, v, pixel, 0.005));
+}
+
+fn dry_grass(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let x = (*surface).along;
     let y = (*surface).up;
     let wide = noise_at(x * 0.045, y * 0.045, 31u) * 0.6 + noise_at(x * 0.31, y * 0.31, 32u) * 0.4;
     let dry = smoothly(0.42, 0.78, wide) * 0.75;
-    let wave = 1.0 + (noise_at(x * 1.9, y * 1.9, 33u) - 0.5) * 0.5;
-    (*surface).albedo *= mix(vec3f(1.0), vec3f(1.9, 1.35, 1.25), dry) * wave;
+    // Across the lattices of the others, so that no rows show.
+    let u = x * 0.8 + y * 0.6;
+    let v = y * 0.8 - x * 0.6;
+    let tufts = noise_at(u * 1.9, v * 1.9, 33u);
+    // Blades and their shadows are longer than wide, and bend from tuft to tuft.
+    let blades = speckle(u + tufts * 0.35, v * 0.45, pixel, 0.012);
+    let shade = 1.0 + (tufts - 0.5) * 0.5 + blades * 1.9;
+    let clover = smoothly(0.56, 0.74, tufts) * (1.0 - dry);
+    let lush = mix(vec3f(1.0), vec3f(0.72, 0.92, 0.8), clover);
+    (*surface).albedo *= mix(lush, vec3f(1.9, 1.35, 1.25), dry) * max(shade, 0.12);
 }
 
 fn weather_wall(surface: ptr<function, SurfaceMaterial>) {
     let streaks = noise_at((*surface).along * 1.6, (*surface).height * 0.13, 34u);
     let splash = smoothly(1.3, 0.0, (*surface).height - (*surface).wall.z) * 0.3;
-    (*surface).albedo *= (1.0 - smoothly(0.45, 0.9, streaks) * 0.22) * (1.0 - splash);
+    // Old plaster and repainted places.
+    let x = (*surface).along;
+    let y = (*surface).height;
+    let places = noise_at(x * 0.21, y * 0.21, 40u) * 0.6 + noise_at(x * 1.3, y * 1.3, 41u) * 0.4;
+    (*surface).albedo *= (1.0 - smoothly(0.45, 0.9, streaks) * 0.14) * (1.0 - splash)
+        * (1.0 + (places - 0.5) * 0.3);
 }

@@ -215,9 +215,12 @@ fn chromatic_aberration_moves_red_outwards_and_blue_inwards() {
     let world = world_with(&scene, &[]);
     let size = SIZE[0] as usize;
     for mut tracer in tracers() {
-        let shifted = EffectsSpec { chromatic_aberration: 0.05, ..neutral() };
+        // The filmic curve does not mute, which mixes channels.
+        let plain =
+            EffectsSpec { slope: 0.88, toe: 0.55, shoulder: 0.26, white_clip: 0.04, ..neutral() };
+        let shifted = EffectsSpec { chromatic_aberration: 0.05, ..plain };
         let [with, without] =
-            [shifted, neutral()].map(|effects| image(&mut tracer, &scene, &world, spec(effects)));
+            [shifted, plain].map(|effects| image(&mut tracer, &scene, &world, spec(effects)));
         // Twenty pixels above the principal point, red comes from 19 pixels above it, and blue from 21.
         for x in (8..size - 8).step_by(9) {
             for y in [9, 39, 89] {

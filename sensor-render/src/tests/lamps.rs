@@ -57,7 +57,7 @@ fn a_street_light_illuminates_the_road_below_it_at_night_only() {
     assert!((by_day[0] - by_day[3]).abs() < 0.05 * by_day[3], "{by_day:?}");
     at_night(&mut world);
     let by_night = brightness(&scene, &world, &points);
-    assert!(by_night[0] > 10.0 * by_night[3], "{by_night:?}");
+    assert!(by_night[0] > 5.0 * by_night[3], "{by_night:?}");
     assert!(by_night.is_sorted_by(|a, b| a > b), "{by_night:?}");
     let mut lights = StreetLights::default();
     let mut bits = [0; 16];
@@ -132,7 +132,7 @@ fn headlamps_illuminate_the_road_ahead_of_a_car_that_drives() {
         unreachable!()
     };
     let beyond = [ahead, aside, behind].map(|lit| lit - dark);
-    assert!(beyond[0] > 10.0 * beyond[1].max(beyond[2]) && ahead > 2.0 * dark, "{beyond:?} {dark}");
+    assert!(beyond[0] > 10.0 * beyond[1].max(beyond[2]) && ahead > 1.5 * dark, "{beyond:?} {dark}");
     // A brake lamp lights the road behind the car in red.
     let red = |lamps: u32| {
         let mut world = world_with(&scene, &[lit(lamps)]);

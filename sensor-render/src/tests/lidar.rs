@@ -339,6 +339,99 @@ fn raindrops_return_as_often_and_as_far_away_as_a_poisson_process_of_drops() {
     assert!(seeds.iter().all(|hits| hits.abs_diff(seeds[0]) <= 3), "{seeds:?}");
 }
 
+/// Returns the world at an instant, with a car that drives along x at 25 m/s.
+fn in_spray(scene: &Scene, weather: &Weather, car: Vec3) -> World {
+    let (number, _) = town::blueprint("vehicle.tesla.model3").expect("an id of the catalogue");
+    let car = ActorState {
+        blueprint: number,
+        velocity_mps: [25.0, 0.0, 0.0],
+        ..actor(7, Pose::level(car, 0.))
+    };
+    let mut world = world_at(scene, 450_000_000, weather);
+    // The scene has no mesh of the blueprint: only the spray is met.
+    world.place(scene, world.stamp(), DELTA_NANOS, weather, &[car], |_| [0; 3]);
+    world
+}
+
+/// Returns the optical depth of the spray in a world from 1 m above the origin at an azimuth, at steps of 5 cm up to 30 m.
+fn depths(world: &World, azimuth: f32) -> Vec<f64> {
+    const STEP_M: f32 = 0.05;
+    let [puff] = world.puffs[..] else { panic!("{} puffs", world.puffs.len()) };
+    let mut sum = 0.0;
+    let step = |number: u32| {
+        let at = (Vec2::from_angle(azimuth) * (STEP_M * (number as f32 + 0.5))).extend(1.0);
+        let to = at - Vec3::from(puff.center);
+        // The car drives along x.
+        let own = to * Vec3::new(puff.per_length, puff.per_width, puff.per_width / 0.8);
+        sum += f64::from(puff.density_per_m * STEP_M * (1.0 + own.length_squared()).powf(-3.5));
+        sum
+    };
+    (0..600).map(step).collect()
+}
+
+#[test]
+fn spray_returns_as_often_and_as_far_away_as_clumps_of_its_optical_depth() {
+    let open = Scene::new(&Mesh::default(), &[]).unwrap();
+    let spec = weathered(SensorSpec {
+        fov_rad: 0.3,
+        outputs: output::POINTS | output::LABELS | output::LAST_POINTS,
+        ..ring(4000)
+    });
+    let wet = Weather { wetness: 60.0, ..clear() };
+    let dry = Weather { wetness: 0.0, ..wet };
+    let car = Vec3::new(14.0, 0.0, 0.0);
+    let world = in_spray(&open, &wet, car);
+    let azimuth = |column: usize| 0.3 * ((column as f32 + 0.5) / 4000.0 - 0.5);
+    let (mut expected, mut moment) = (0.0, 0.0);
+    for column in (0..4000).step_by(8) {
+        let all = depths(&world, azimuth(column));
+        for (number, pair) in all.windows(2).enumerate() {
+            let returned = (-pair[0]).exp() - (-pair[1]).exp();
+            let distance_m = 0.05 * (number as f64 + 1.5);
+            if distance_m >= 1.0 {
+                expected += 8.0 * returned;
+                moment += 8.0 * returned * distance_m;
+            }
+        }
+    }
+    assert!((800.0..3200.0).contains(&expected), "{expected}");
+    // A dark wall, 5 m behind the car.
+    let walled = walls(&[(20.0, [-60.0, 60.0])]);
+    let through = in_spray(&walled, &wet, car);
+    let mut counts = Vec::new();
+    for mut tracer in tracers() {
+        let mut seen = |scene: &Scene, world: &World| {
+            measure(&mut tracer, scene, world, &carrier(0.0, 0.0, 0.0), spec)
+        };
+        let cloud = seen(&open, &world);
+        let hits: Vec<f32> = cloud.points.iter().map(distance).filter(|m| *m > 0.0).collect();
+        let share = hits.len() as f64 / expected;
+        assert!((share - 1.0).abs() < 0.05, "{} returns, {expected} expected", hits.len());
+        let mean = hits.iter().map(|m| f64::from(*m)).sum::<f64>() / hits.len() as f64;
+        assert!((mean - moment / expected).abs() < 0.1, "{mean} m, {} m", moment / expected);
+        counts.push(hits.len());
+        // The wall's echo is attenuated on both ways, and is the last one behind a clump.
+        let plain = seen(&walled, &in_spray(&walled, &dry, car));
+        let cloud = seen(&walled, &through);
+        for column in (0..4000).step_by(40) {
+            let [before, behind] = [&plain.points[column], &cloud.last_points[column]];
+            let depth = *depths(&world, azimuth(column)).last().unwrap() as f32;
+            let is_last = distance(behind) > 19.0;
+            let behind = if is_last { behind } else { &cloud.points[column] };
+            if distance(behind) > 19.0 {
+                let ratio = behind[3] / before[3];
+                assert!((ratio / (-2.0 * depth).exp() - 1.0).abs() < 0.01, "{ratio}, {depth}");
+            } else {
+                assert!(depth > 1.0, "the wall is lost behind an optical depth of {depth}");
+            }
+        }
+        let air = [0, Tag::Other as u32];
+        let clumps = cloud.labels.iter().filter(|label| **label == air).count();
+        assert!((200..hits.len()).contains(&clumps), "{clumps} before the wall");
+    }
+    assert!(counts.iter().all(|hits| hits.abs_diff(counts[0]) <= 3), "{counts:?}");
+}
+
 /// A lidar with everything at once.
 fn full(columns: u32) -> SensorSpec {
     let mut spec = weathered(SensorSpec {
@@ -362,8 +455,8 @@ fn threads_and_tracers_agree_on_a_lidar_with_every_option() {
     let town = crate::sample::Sample::named("Flatford").unwrap();
     let scene = Scene::of_town(&town.town).unwrap();
     let weather = Weather { precipitation: 40.0, fog_density: 40.0, ..Weather::default() };
-    let mut world = world_at(&scene, 450_000_000, &weather);
     let now = ActorState { pose: town.street_pose(2), ..carrier(0.0, 0.0, 0.0) };
+    let mut world = in_spray(&scene, &weather, now.pose.position() + Vec3::new(7.0, 2.0, 0.0));
     let back = Pose::level(Vec3::new(-0.7, 0.05, 0.0), -0.02);
     let before = ActorState { pose: now.pose.then(&back), ..now };
     world.track_motion(&scene, &[before], &[now]);

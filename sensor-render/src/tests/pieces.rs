@@ -43,7 +43,8 @@ fn lamps_shine_if_their_bits_are_set() {
     let with = |lamps: u32| look(&scene, ActorState { lamps, ..tail() }, 0);
     let dark = with(0);
     assert!(columns_of(&dark, MODEL3_RED).is_empty() && columns_of(&dark, AMBER).is_empty());
-    assert!(columns_of(&with(lamp::BRAKE), MODEL3_RED).len() > 40);
+    let shining = columns_of(&with(lamp::BRAKE), MODEL3_RED).len();
+    assert!(shining > 40, "{shining} pixels");
     let pedal = look(&scene, ActorState { brake: 0.4, ..tail() }, 0);
     assert_eq!(pedal.bytes(), with(lamp::BRAKE).bytes(), "the pedal is as good as the bit");
     // From behind, the left indicator is on the left of the image.

@@ -314,6 +314,8 @@ class Traffic:
         driver_spread: float | None = None,
         automatic_lights: bool | None = None,
         cross_factor: float | None = None,
+        hybrid_physics: bool | None = None,
+        hybrid_radius_m: float | None = None,
         walks_with: int | None = None,
     ) -> None:
         """Sets how a vehicle on autopilot drives or a walker walks; without ``actor_id`` all that were told nothing
@@ -321,7 +323,9 @@ class Traffic:
         ``driver_spread``, by how much drivers differ, holds for all: 0 not at all, 1 as in the field.
         ``speed_mps`` of a walker is its speed; ``walks_with`` is the id of the walker with which it goes,
         0 for none. ``cross_factor``, the share of walkers that cross quiet streets away from crosswalks,
-        holds for all."""
+        holds for all, and so do ``hybrid_physics`` and ``hybrid_radius_m``: vehicles farther than that from
+        every hero, every actor with sensors and every vehicle that a client drives are moved by a kinematic
+        model."""
     def change_lane(self, actor_id: int, side: Literal["left", "right"]) -> None:
         """Changes lanes once, as soon as there is one."""
     def ignore_actor(self, actor_id: int, other: int, on: bool = True) -> None: ...

@@ -168,7 +168,7 @@ class Lidar:
     sweep: bool = False
     #: Full angle of the cone of a beam, at most 0.1; 0: a ray. A wide beam can have several returns.
     divergence_rad: float = 0.0
-    #: Whether fog and rain of the simulated weather attenuate pulses and reflect them.
+    #: Whether fog, rain and spray of the simulated weather attenuate pulses and reflect them.
     weather: bool = False
     #: The fourth number of a point.
     point_attribute: Literal["intensity", "cos_incidence"] = "intensity"

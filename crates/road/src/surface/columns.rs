@@ -30,7 +30,7 @@ const SKIRT_M: f64 = 0.4;
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Strip {
     /// Position in the section's lanes.
-    lane: Option<usize>,
+    pub(super) lane: Option<usize>,
     face: Face,
     /// Whether it is a surface for vehicles, which does not yield.
     pub(super) paved: bool,

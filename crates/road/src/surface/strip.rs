@@ -4,13 +4,13 @@ use glam::DVec3;
 use mesh::{Face, Mesh};
 
 use super::{
-    columns::{Look, Profile, Row},
+    columns::{Look, Profile, Row, Strip},
     cover::Cover,
     faces::ASPHALT,
     seam::Rim,
     stations::{NEAR_M, stations},
 };
-use crate::{blend::Blend, network::Network};
+use crate::{blend::Blend, network::Network, road::Section};
 
 /// How far a surface reaches below the one that it meets, and how deep its end lies, metres.
 const TONGUE_M: f64 = 0.15;
@@ -57,6 +57,9 @@ pub(super) fn section(
         corners: vec![[None; 2]; profile.lines.len() * rows.len()],
         rims: vec![Vec::new(); profile.lines.len()],
         road: road_index as u32,
+        tint: if road.junction.is_some() { 0 } else { age(road_index) },
+        stops: profile.strips.iter().map(|strip| stop(network, section, strip)).collect(),
+        oil: 0,
         mesh,
         done: rims,
     };
@@ -65,11 +68,30 @@ pub(super) fn section(
     for interval in 0..rows.len() - 1 {
         weaver.interval(interval, &further, &cover);
     }
+    weaver.oil = 0;
     weaver.close_rims();
     weaver.steps_along();
     let first = section_index == 0;
     weaver.end(&rows[0], 0, -1.0, first);
     weaver.end(&rows[rows.len() - 1], rows.len() - 2, 1.0, true);
+}
+
+/// Returns the tint of a road's asphalt, which is paler the older it is.
+fn age(road: usize) -> u16 {
+    const TONES: [[u8; 3]; 4] = [[74, 73, 74], [82, 81, 82], [82, 81, 82], [90, 89, 90]];
+    Face::tint(TONES[(road.wrapping_mul(0x9e37_79b1) >> 20) % TONES.len()])
+}
+
+/// Distances from the end of a lane in front of a junction up to which vehicles lose much, more and most oil while
+/// they wait. Metres.
+const WAIT_M: [f64; 3] = [12.5, 8.5, 4.5];
+
+/// Returns the s at which vehicles on a strip wait for a junction.
+fn stop(network: &Network, section: &Section, strip: &Strip) -> Option<f64> {
+    let lane = network.lane(section.lanes[strip.lane?]);
+    let mut next = lane.successors.iter().map(|next| network.lane(*next).junction);
+    let waits = strip.paved && lane.junction.is_none() && next.any(|junction| junction.is_some());
+    waits.then_some(section.start_m + if lane.forward { section.length_m } else { 0.0 })
 }
 
 /// Returns for each interval between stations the strips that lie where vehicles of another road
@@ -129,6 +151,12 @@ struct Weaver<'a> {
     /// For each line the rim along it that is still being extended.
     rims: Vec<Vec<u32>>,
     road: u32,
+    /// Tint of asphalt; 0 in a junction.
+    tint: u16,
+    /// For each strip where vehicles wait on it.
+    stops: Vec<Option<f64>>,
+    /// How much oil lies on the present cells, up to 3: added to the blue of their tint, for renderers.
+    oil: u16,
     mesh: &'a mut Mesh,
     done: &'a mut Vec<Rim>,
 }
@@ -151,8 +179,15 @@ impl Weaver<'_> {
     /// Adds a triangle unless two of its corners are equal.
     fn triangle(&mut self, corners: [u32; 3], face: Face) {
         let [a, b, c] = corners.map(|corner| self.mesh.positions[corner as usize]);
+        let tint = if face != ASPHALT {
+            face.tint
+        } else if self.tint == 0 {
+            0
+        } else {
+            self.tint + self.oil
+        };
         if a != b && b != c && c != a {
-            self.mesh.triangle(corners, face);
+            self.mesh.triangle(corners, Face { tint, ..face });
         }
     }
 
@@ -164,6 +199,9 @@ impl Weaver<'_> {
             let left = right;
             right = self.chain(index + 1, interval, further);
             let flat = self.flat[interval][column.strip];
+            let middle = 0.5 * (self.rows[interval].s + self.rows[interval + 1].s);
+            let stop = self.stops[column.strip].map_or(f64::INFINITY, |s| (s - middle).abs());
+            self.oil = WAIT_M.iter().filter(|reach| stop < **reach).count() as u16;
             if matches!(column.look, Look::Step | Look::Skirt) {
                 self.rim(index, interval, &left, true);
                 self.rim(index, interval, &right, false);
@@ -252,7 +290,8 @@ impl Weaver<'_> {
         chain
     }
 
-    /// Fills the area between two chains of vertices, left and right of it.
+    /// Fills the area between two chains of vertices, left and right of it. The first edge of each triangle
+    /// lies along the road: renderers draw the tracks of wheels along it.
     fn zip(&mut self, left: &[u32], right: &[u32], face: Face) {
         let (mut l, mut r) = (0, 0);
         while l + 1 < left.len() || r + 1 < right.len() {
@@ -262,10 +301,10 @@ impl Weaver<'_> {
             let step_left =
                 r + 1 >= right.len() || (l + 1 < left.len() && left_share < right_share);
             if step_left {
-                self.triangle([left[l], right[r], left[l + 1]], face);
+                self.triangle([left[l + 1], left[l], right[r]], face);
                 l += 1;
             } else {
-                self.triangle([left[l], right[r], right[r + 1]], face);
+                self.triangle([right[r], right[r + 1], left[l]], face);
                 r += 1;
             }
         }

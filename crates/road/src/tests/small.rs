@@ -97,6 +97,58 @@ fn the_surface_is_closed_and_sidewalks_are_raised() {
 }
 
 #[test]
+fn triangles_of_a_lane_begin_with_an_edge_along_it() {
+    let network = Network::parse(&text(JOINED)).expect("a valid map");
+    let mesh = surface_mesh(&network, 5.0);
+    let mut area = 0.0;
+    for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+        let [a, b, c] =
+            corners.map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
+        let (along, across) = (b - a, c - a);
+        let width = along.cross(across).length() / along.length();
+        if face.material != mesh::Material::Asphalt as u8 || width < 2.2 {
+            continue;
+        }
+        assert!(face.tint != 0, "outside of junctions the asphalt of a road has an age");
+        let near = network.nearest((a + b + c) / 3.0, LaneTypes::DRIVING).expect("a lane");
+        let ahead = network.place(near).rotation() * DVec3::X;
+        let cosine = ahead.dot(along.normalize_or_zero()).abs();
+        assert!(cosine > 0.99, "{cosine} at {a}");
+        area += along.cross(across).length() * 0.5;
+    }
+    let lanes = network.lanes().iter().filter(|lane| LaneTypes::DRIVING.contains(lane.kind));
+    let long: f64 = lanes.map(|lane| lane.length_m).sum();
+    assert!(area > long * 2.5, "{area} square metres on {long} m");
+}
+
+#[test]
+fn asphalt_where_vehicles_wait_for_a_junction_has_a_bluer_tint() {
+    let text = text(JOINED)
+        .replace(r#"id="2" junction="-1""#, r#"id="2" junction="7""#)
+        .replace("</OpenDRIVE>", r#"<junction id="7" name="end"></junction></OpenDRIVE>"#);
+    let network = Network::parse(&text).expect("a valid map");
+    let mesh = surface_mesh(&network, 4.0);
+    let mut seen = [false; 4];
+    for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+        let points =
+            corners.map(|corner| DVec3::from(mesh.positions[corner as usize].map(f64::from)));
+        let middle = (points[0] + points[1] + points[2]) / 3.0;
+        // The straight before its end, where strips continue below the next surface.
+        if face.material != mesh::Material::Asphalt as u8 || face.tint == 0 || middle.x > 49.9 {
+            continue;
+        }
+        let oil = (face.tint & 31) - (face.tint >> 11);
+        seen[usize::from(oil)] = true;
+        let leads_there = middle.y < 0.0;
+        let wanted = if leads_there && middle.x > 46.0 { 3..=3 } else { 0..=3 };
+        assert!(wanted.contains(&oil), "{oil} at {middle}");
+        let is_free = !leads_there || middle.x < 36.0;
+        assert!(!is_free || oil == 0, "{oil} at {middle}");
+    }
+    assert_eq!(seen, [true; 4]);
+}
+
+#[test]
 fn a_broken_file_is_rejected_with_its_line() {
     let whole = text(JOINED);
     let cut = Network::parse(&whole[..whole.len() / 2]).expect_err("half a map");

@@ -13,6 +13,7 @@ use crate::{
         cage::{HalfCar, Part, Skin, Surface},
         details, fittings,
         profile::{Measure, PILLAR, SEAM, SHELL, Silhouette, Skin::Pane},
+        seals,
     },
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
     subdivision::Cage,
@@ -41,6 +42,7 @@ pub(super) fn body(
 ) -> Option<Surface> {
     let shell = if shape.doors == 0 { 0 } else { SHELL };
     builder.object(shell);
+    let first = builder.mesh.triangles.len();
     let surface = match shape.cage {
         Some(text) => Some(subdivided(builder, text, measure, livery)),
         None => {
@@ -48,6 +50,7 @@ pub(super) fn body(
             None
         }
     };
+    seals::add(builder, first);
     builder.object(shell);
     linings(builder, shape, measure);
     fittings::mirrors_and_handles(builder, shape, measure, surface.as_ref());
@@ -144,7 +147,7 @@ fn lofted(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, live
 
 /// Adds the wheel housings, which block the view through the wheel arches.
 fn linings(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure) {
-    builder.material(Material::Plastic);
+    builder.tinted(Material::Rubber, [9, 9, 10]);
     for wheel in measure.wheels.iter().filter(|wheel| wheel.position_m.y > 0.0) {
         let (reach, x) = (arch_radius(wheel), wheel.position_m.x);
         let side = wheel.position_m.y - wheel.width_m * 0.5 - 0.02;

@@ -7,13 +7,16 @@ use crate::{
     catalogue::{
         cage::Surface,
         end::End,
-        profile::{Measure, Silhouette, Skin},
+        profile::{Measure, SHELL, Silhouette, Skin},
     },
     mesh_builder::MeshBuilder,
 };
 
 /// The width of a gap between two panels. Metres.
 const GAP_M: f32 = 0.009;
+/// The width of the dark bands along the sills, and of the seals below the windows. Metres.
+const SILL_M: f32 = 0.05;
+const SEAL_M: f32 = 0.014;
 /// The height of the dark band that stands for a gap over the body. Metres.
 const LIFT_M: f32 = 0.0015;
 
@@ -31,6 +34,13 @@ pub(super) fn fit(
     for line in body.bonnet().into_iter().chain(body.lid()) {
         gap(builder, &line, GAP_M);
     }
+    for line in body.bumpers() {
+        gap(builder, &line, GAP_M);
+    }
+    for line in body.sills() {
+        gap(builder, &line, SILL_M);
+    }
+    body.belts(builder);
     body.wipers(builder);
     body.antenna(builder);
     if body.is_van() {
@@ -128,6 +138,67 @@ impl Body<'_> {
         let across = |step: u32| end.ahead(y * (1.0 - step as f32 / 6.0), low);
         lines.push((0..=12).map_while(across).collect());
         lines
+    }
+
+    /// A point of the side (1 left, −1 right) at a fraction of the length and a height.
+    fn beside(&self, side: f32, fraction: f32, z: f32) -> Option<Spot> {
+        self.surface.cast(vec3(self.measure.at(fraction), 0.0, z), Vec3::Y * side)
+    }
+
+    /// The upper edges of both bumpers, from corner to corner.
+    fn bumpers(&self) -> Vec<Vec<Spot>> {
+        if self.shape.doors == 0 {
+            return Vec::new();
+        }
+        let Body { shape, measure, surface } = *self;
+        let edge = |is_front: bool| -> Vec<Spot> {
+            let end = End { shape, measure, is_front, surface: Some(surface) };
+            let at_end = if is_front { 0.02 } else { 0.98 };
+            let top = shape.top(at_end).min(shape.belt(at_end)) * measure.size_m.z;
+            let z = shape.clearance_m + (top - shape.clearance_m) * 0.52;
+            let at = |step: i32| {
+                let u = step as f32 * 0.1;
+                end.round(u.signum(), u.abs(), z)
+            };
+            (-12..=12).filter_map(at).collect()
+        };
+        vec![edge(true), edge(false)]
+    }
+
+    /// The bands along the lower edges of both sides, between the wheels.
+    fn sills(&self) -> Vec<Vec<Spot>> {
+        let Measure { size_m, nose_m, wheels, .. } = *self.measure;
+        let arch = |front: bool| {
+            let of = wheels.iter().filter(|wheel| (wheel.position_m.x > 0.0) == front);
+            let back = if front { -1.0 } else { 1.0 };
+            let ends = of.map(|wheel| wheel.position_m.x + back * (wheel.radius_m * 1.14 + 0.03));
+            ends.reduce(f32::max).map(|x| (nose_m - x) / size_m.x)
+        };
+        let (Some(from), Some(to)) = (arch(true), arch(false)) else { return Vec::new() };
+        let line = |side: f32, z: f32| -> Vec<Spot> {
+            let at = |step: u32| self.beside(side, from + (to - from) * step as f32 / 6.0, z);
+            (0..=6).filter_map(at).filter(|(_, normal)| normal.y.abs() > 0.3).collect()
+        };
+        let low = self.shape.clearance_m + 0.03;
+        [1.0, -1.0].map(|side| [low, low + SILL_M].map(|z| line(side, z))).concat()
+    }
+
+    /// The seals below the windows of the doors.
+    fn belts(&self, builder: &mut MeshBuilder) {
+        for (door, (from, to)) in self.shape.door_cuts().into_iter().enumerate() {
+            for (side, right) in [(1.0, 0), (-1.0, 1)] {
+                let at = |step: u32| {
+                    let fraction = from + 0.006 + (to - from - 0.012) * step as f32 / 4.0;
+                    let z = self.shape.belt(fraction) * self.measure.size_m.z - 0.012;
+                    self.beside(side, fraction, z)
+                };
+                builder.object(SHELL + 1 + 2 * door as u32 + right);
+                gap(builder, &(0..=4).filter_map(at).collect::<Vec<_>>(), SEAL_M);
+            }
+        }
+        if self.shape.doors > 0 {
+            builder.object(SHELL);
+        }
     }
 
     /// Two wipers at rest, along the lower edge of the windscreen.

@@ -1,13 +1,14 @@
 //! The front and rear ends of cars, to which lamps, grilles and plates are fitted.
 
 use glam::{Vec3, vec3};
+use mesh::Material;
 
 use crate::{
     catalogue::{
         cage::Surface,
         profile::{Measure, Silhouette},
     },
-    mesh_builder::MeshBuilder,
+    mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
 };
 
 /// The distance by which lamps protrude from the body. Metres.
@@ -53,7 +54,7 @@ impl End<'_> {
 
     /// How far lamps rise from the middle to the corner. Metres.
     pub(super) fn rise(&self, u: f32) -> f32 {
-        let most = if self.is_front { 0.05 } else { 0.02 };
+        let most = if self.is_front { 0.035 } else { 0.02 };
         (u - 0.5).max(0.0) * most * 2.0
     }
 
@@ -66,7 +67,38 @@ impl End<'_> {
         z: [f32; 2],
         out: f32,
     ) {
-        let steps = 8;
+        if let Some(grid) = self.lens(side, u, z, 8) {
+            self.shell(builder, &grid, out);
+        }
+    }
+
+    /// Adds such a band with edges of plastic.
+    pub(super) fn framed(
+        &self,
+        builder: &mut MeshBuilder,
+        side: f32,
+        u: [f32; 2],
+        z: [f32; 2],
+        out: f32,
+    ) {
+        if let Some(grid) = self.lens(side, u, z, 6) {
+            let rings = lifted(&grid, out);
+            let faces = grid[0].len() - 1;
+            let is_edge = |band, at| band == FIRST_CAP || band == LAST_CAP || at >= faces;
+            builder.solid(|builder| {
+                builder.loft(&rings, |band, at| is_edge(band, at).then_some(Material::Plastic));
+            });
+        }
+    }
+
+    /// The points of the body below such a band, in this many steps.
+    fn lens(
+        &self,
+        side: f32,
+        u: [f32; 2],
+        z: [f32; 2],
+        steps: u32,
+    ) -> Option<Vec<Vec<(Vec3, Vec3)>>> {
         let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
             let t = step as f32 / steps as f32;
             let fraction = u[0] + (u[1] - u[0]) * t;
@@ -81,9 +113,7 @@ impl End<'_> {
                 })
                 .collect()
         };
-        if let Some(grid) = (0..=steps).map(line).collect::<Option<Vec<_>>>() {
-            self.shell(builder, &grid, out);
-        }
+        (0..=steps).map(line).collect()
     }
 
     pub(super) fn forward(&self) -> f32 {
@@ -108,14 +138,7 @@ impl End<'_> {
     /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
     /// end below the body.
     pub(super) fn shell(&self, builder: &mut MeshBuilder, grid: &[Vec<(Vec3, Vec3)>], out: f32) {
-        let rings: Vec<Vec<Vec3>> = grid
-            .iter()
-            .map(|line| {
-                let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
-                let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
-                lifted.chain(sunk).collect()
-            })
-            .collect();
+        let rings = lifted(grid, out);
         builder.solid(|builder| builder.loft(&rings, |_, _| None));
     }
 
@@ -154,6 +177,13 @@ impl End<'_> {
         builder.solid(|builder| builder.loft(&rings, |_, _| None));
     }
 
+    /// The point of the body at the end, at a fraction of the half width on one side and at a height.
+    pub(super) fn spot(&self, side: f32, [u, z]: [f32; 2]) -> Vec3 {
+        let ([x, y], _) = self.place(u);
+        let hit = self.ahead(u * self.measure.body_m * 0.5 * side, z);
+        hit.map_or(vec3(x, y * side, z), |hit| hit.0)
+    }
+
     /// Adds a forward-facing disc that protrudes by this distance.
     pub(super) fn disc(
         &self,
@@ -163,10 +193,7 @@ impl End<'_> {
         radius: f32,
         out: f32,
     ) {
-        let ([x, y], _) = self.place(u);
-        let forward = self.forward();
-        let at = vec3(x, y * side, z);
-        let at = self.ahead(u * self.measure.body_m * 0.5 * side, z).map_or(at, |hit| hit.0);
+        let (at, forward) = (self.spot(side, [u, z]), self.forward());
         builder.cone(
             at - Vec3::X * 0.10 * forward,
             at + Vec3::X * forward * out,
@@ -189,4 +216,14 @@ impl End<'_> {
         let (a, b) = (x - forward * 0.05, x + forward * out);
         builder.block(vec3(a.min(b), -half, z[0]), vec3(a.max(b), half, z[1]));
     }
+}
+
+/// Returns the rings of a shell over a grid of points of the body: the points, lifted by `out`, and two below the body.
+fn lifted(grid: &[Vec<(Vec3, Vec3)>], out: f32) -> Vec<Vec<Vec3>> {
+    let ring = |line: &Vec<(Vec3, Vec3)>| {
+        let lifted = line.iter().map(|(at, normal)| *at + *normal * out);
+        let sunk = [line.len() - 1, 0].map(|end| line[end].0 - line[end].1 * 0.03);
+        lifted.chain(sunk).collect()
+    };
+    grid.iter().map(ring).collect()
 }

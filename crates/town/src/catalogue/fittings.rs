@@ -38,25 +38,22 @@ pub(super) fn mirrors_and_handles(
             builder.block(vec3(x - 0.03, y0, z + 0.01), vec3(x + 0.03, y1, z + 0.05));
             let inner = (full - 0.22).max(half * 0.93);
             builder.material(Material::CarPaint);
-            let shell = |x: f32, shrink: f32| -> Vec<Vec3> {
-                let (low, high) = (z + 0.01 + shrink * 0.5, z + tall + 0.01 - shrink);
-                let (a, b) = (inner + shrink, full - shrink);
-                [(a, low), (b, low + 0.02), (b, high - 0.03), (b - 0.03, high), (a, high)]
-                    .map(|(y, z)| vec3(x, y * side, z))
-                    .to_vec()
+            let shell = |x: f32, shrink: f32| {
+                oval([inner, full], [z + 0.01, z + tall + 0.01], x, shrink, side)
             };
             builder.solid(|builder| {
-                builder.loft(
-                    &[shell(x - 0.03, 0.0), shell(x + 0.04, 0.0), shell(x + 0.09, 0.03)],
-                    |_, _| None,
-                );
+                let rings = [(-0.032, 0.006), (0.03, 0.0), (0.075, 0.022), (0.1, 0.06)];
+                let rings = rings.map(|(ahead, shrink)| shell(x + ahead, shrink));
+                builder.loft(&rings, |_, _| None);
             });
-            let (y0, y1) = across(inner, full);
+            // The mirror itself, in its frame.
             builder.material(Material::Glass);
-            builder.block(
-                vec3(x - 0.036, y0 + 0.02, z + 0.035),
-                vec3(x - 0.02, y1 - 0.02, z + tall - 0.015),
-            );
+            let pane = shell(x - 0.0335, 0.02).into_iter().map(|at| builder.vertex(at));
+            let pane: Vec<u32> = pane.collect();
+            for pair in pane[1..].windows(2) {
+                let order = if side > 0.0 { [pair[1], pair[0]] } else { [pair[0], pair[1]] };
+                builder.triangle([pane[0], order[0], order[1]]);
+            }
         }
         let (y0, y1) = across(half * 0.94, half * 0.998);
         for (door, (_, to)) in cuts.iter().enumerate() {
@@ -77,6 +74,20 @@ pub(super) fn mirrors_and_handles(
         }
     }
     builder.object(if cuts.is_empty() { 0 } else { SHELL });
+}
+
+/// A rectangle with round corners across the vehicle at `x`, between y and z on the left (1) or right (−1) side.
+fn oval(y: [f32; 2], z: [f32; 2], x: f32, shrink: f32, side: f32) -> Vec<Vec3> {
+    let middle = vec3(x, (y[0] + y[1]) * 0.5, (z[0] + z[1]) * 0.5);
+    let (wide, high) = ((y[1] - y[0]) * 0.5 - shrink, (z[1] - z[0]) * 0.5 - shrink);
+    let corner = |step: u32| {
+        let (sin, cos) = (std::f32::consts::TAU * step as f32 / 8.0).sin_cos();
+        // A superellipse of fourth degree.
+        let round = |c: f32| c.abs().sqrt().copysign(c);
+        let at = middle + vec3(0.0, round(cos) * wide.max(0.005), round(sin) * high.max(0.005));
+        vec3(at.x, at.y * side, at.z)
+    };
+    (0..8).map(corner).collect()
 }
 
 /// Adds a light bar whose upper edge is at `top`.
@@ -100,7 +111,7 @@ pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, hei
 
 /// Adds a taxi sign whose upper edge is at `top`.
 pub(super) fn taxi_sign(builder: &mut MeshBuilder, top: Vec3, height: f32) {
-    builder.material(Material::LampWhite);
+    builder.tinted(Material::LampWhite, [226, 226, 216]);
     builder
         .block(vec3(top.x - 0.09, -0.25, top.z - height * 0.75), vec3(top.x + 0.09, 0.25, top.z));
     builder.material(Material::Plastic);

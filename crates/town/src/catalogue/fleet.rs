@@ -232,7 +232,7 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
                 _ => Livery::default(),
             };
             let surface = car::body(&mut builder, shape, &measure, livery, number);
-            trim::fit(&mut builder, shape, &measure, trim, surface.as_ref(), number);
+            trim::fit(&mut builder, shape, &measure, trim, surface.as_ref());
         }
         Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure, number),
         Build::Bike(bike) => {

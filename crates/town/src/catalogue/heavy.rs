@@ -78,11 +78,11 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure, 
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {
-        trim::fit(builder, shape, &front, &trim, surface, number);
+        trim::fit(builder, shape, &front, &trim, surface);
         let end = End { shape, measure, is_front: true, surface };
         return bus::fit(builder, &end, number);
     }
-    trim::front(builder, shape, &front, &trim, surface, number);
+    trim::front(builder, shape, &front, &trim, surface);
     let rear = front.nose_m - front.size_m.x;
     chassis::build(builder, measure, rear);
     match heavy.load {

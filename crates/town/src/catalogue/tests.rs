@@ -4,6 +4,7 @@ mod page;
 mod replaced;
 
 use glam::Vec3;
+use mesh::Material;
 
 use crate::{
     catalogue::{Kind, blueprint, catalogue, fleet},
@@ -70,12 +71,50 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
         assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{}", one.id);
         assert!(mesh.faces.iter().all(|face| face.object == 0));
         let range = match one.kind {
-            Kind::Vehicle => 1200..=16_500,
+            Kind::Vehicle => 1200..=17_500,
             Kind::Walker => 4500..=6400,
             _ => 12..=3000,
         };
         assert!(range.contains(&mesh.triangles.len()), "{}: {}", one.id, mesh.triangles.len());
     }
+}
+
+#[test]
+fn every_car_has_a_rear_window_and_equal_covers_of_its_head_lamps() {
+    for one in catalogue().iter().filter(|one| one.kind == Kind::Vehicle && one.base_type == "car")
+    {
+        let mesh = one.mesh();
+        let (mut rear, mut covers) = (0.0, [0.0; 2]);
+        for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+            if face.material != Material::Glass as u8 {
+                continue;
+            }
+            let [a, b, c] = corners.map(|at| Vec3::from(mesh.positions[at as usize]));
+            let (normal, middle) = ((b - a).cross(c - a) * 0.5, (a + b + c) / 3.0);
+            if face.tint == 1 {
+                assert!(middle.x > one.center_m.x, "{}", one.id);
+                covers[usize::from(middle.y < 0.0)] += normal.length();
+            } else if middle.x < one.center_m.x && normal.x < -0.15 * normal.length() {
+                rear += normal.x.hypot(normal.z);
+            }
+        }
+        assert!(rear > 0.2, "{}: a rear window of {rear} square metres", one.id);
+        assert!(
+            (covers[0] - covers[1]).abs() < 0.02 * (covers[0] + 0.01),
+            "{}: {covers:?}",
+            one.id
+        );
+    }
+    let covered = |id: &str| {
+        blueprint(id)
+            .unwrap()
+            .1
+            .mesh()
+            .faces
+            .iter()
+            .any(|f| f.tint == 1 && f.material == Material::Glass as u8)
+    };
+    assert!(covered("vehicle.lincoln.mkz_2020") && !covered("vehicle.ford.mustang"));
 }
 
 /// A closed, outward-facing surface has a positive volume: the sum of signed tetrahedra.

@@ -7,7 +7,7 @@ use crate::{
     catalogue::{
         cage::Surface,
         end::{End, OUT_M},
-        fittings,
+        fittings, lamp,
         number_plate::number_plate,
         profile::{Measure, Silhouette, Skin},
     },
@@ -114,10 +114,9 @@ pub(super) fn fit(
     measure: &Measure,
     trim: &Trim,
     surface: Option<&Surface>,
-    number: usize,
 ) {
-    front(builder, shape, measure, trim, surface, number);
-    rear(builder, shape, measure, trim, surface, number);
+    front(builder, shape, measure, trim, surface);
+    rear(builder, shape, measure, trim, surface);
     extra(builder, shape, measure, trim.3, surface);
 }
 
@@ -128,7 +127,6 @@ pub(super) fn front(
     measure: &Measure,
     Trim(lamps, grille, ..): &Trim,
     surface: Option<&Surface>,
-    number: usize,
 ) {
     let end = End { shape, measure, is_front: true, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
@@ -137,8 +135,8 @@ pub(super) fn front(
     let low = shape.clearance_m + 0.06;
     let tall = top - low;
     let (from, to) = match lamps {
-        Lamps::Slim => (top - tall * 0.22, top - 0.01),
-        Lamps::Wide => (top - tall * 0.34, top - 0.01),
+        Lamps::Slim => (top - tall * 0.27, top - 0.01),
+        Lamps::Wide => (top - tall * 0.36, top - 0.03),
         Lamps::Tall => (top - tall * 0.52, top - 0.01),
         Lamps::Bar => (top - 0.055, top - 0.015),
         Lamps::Round | Lamps::Twin => (top - tall * 0.40, top - 0.03),
@@ -149,7 +147,7 @@ pub(super) fn front(
             Lamps::Slim | Lamps::Wide | Lamps::Tall => {
                 let inner = if *lamps == Lamps::Tall { 0.62 } else { 0.48 };
                 if surface.is_some() {
-                    cluster(builder, &end, side, inner, [from, to], indicator);
+                    lamp::cluster(builder, &end, side, inner, [from, to], indicator);
                     builder.material(Material::LampFog);
                     end.disc(builder, side, [0.66, low + tall * 0.13], 0.036, OUT_M);
                     continue;
@@ -171,21 +169,18 @@ pub(super) fn front(
             }
             Lamps::Round => {
                 let radius = (tall * 0.20).clamp(0.08, 0.115);
-                builder.material(Material::Metal);
-                end.disc(builder, side, [0.70, middle], radius * 1.18, 0.006);
-                builder.material(Material::LampWhite);
-                end.disc(builder, side, [0.70, middle], radius, OUT_M);
-                builder.material(Material::LampHigh);
-                end.disc(builder, side, [0.70, middle], radius * 0.4, 0.016);
+                let axis = Vec3::X * end.forward();
+                let lenses = [Material::LampWhite, Material::LampHigh];
+                lamp::bowl(builder, end.spot(side, [0.70, middle]), axis, radius * 1.1, lenses);
                 builder.material(indicator);
                 end.disc(builder, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
             }
             Lamps::Twin => {
                 let radius = (tall * 0.17).clamp(0.06, 0.09);
-                builder.material(Material::LampWhite);
-                end.disc(builder, side, [0.82, middle], radius, OUT_M);
-                builder.material(Material::LampHigh);
-                end.disc(builder, side, [0.60, middle], radius, OUT_M);
+                for (u, lens) in [(0.82, Material::LampWhite), (0.60, Material::LampHigh)] {
+                    let at = end.spot(side, [u, middle]);
+                    lamp::bowl(builder, at, Vec3::X * end.forward(), radius, [lens; 2]);
+                }
                 builder.material(indicator);
                 end.wrap(builder, side, [0.64, 0.84], [low + tall * 0.18, low + tall * 0.28]);
             }
@@ -206,12 +201,16 @@ pub(super) fn front(
             builder.material(Material::Plastic);
             span(builder, half * 0.40, [from + tall * 0.02, to - 0.02]);
             span(builder, half * 0.62, [low, low + tall * 0.26]);
+            bars(builder, &end, half * 0.38, [from + tall * 0.03, to - 0.03]);
+            bars(builder, &end, half * 0.58, [low + 0.02, low + tall * 0.24]);
         }
         Grille::Frame => {
             builder.material(Material::Metal);
             span(builder, half * 0.36, [low + tall * 0.18, top - 0.02]);
             builder.material(Material::Plastic);
             end.plate(builder, half * 0.33, [low + tall * 0.22, top - 0.05], 0.007);
+            bars(builder, &end, half * 0.32, [low + tall * 0.24, top - 0.06]);
+            builder.material(Material::Plastic);
             span(builder, half * 0.66, [low - 0.02, low + tall * 0.16]);
         }
         Grille::Kidneys => {
@@ -276,32 +275,29 @@ pub(super) fn front(
             }
         }
     }
-    number_plate(builder, &end, low + tall * 0.10, number);
+    number_plate(builder, &end, low + tall * 0.10);
 }
 
-/// Adds a head lamp under a dark cover: projectors, and a band of light that is the indicator at the
-/// corner.
-fn cluster(
-    builder: &mut MeshBuilder,
-    end: &End,
-    side: f32,
-    inner: f32,
-    [from, to]: [f32; 2],
-    indicator: Material,
-) {
-    let tall = to - from;
-    builder.tinted(Material::Glass, [20, 21, 24]);
-    end.cover(builder, side, [inner, 1.14], [from, to], 0.009);
-    builder.material(Material::LampWhite);
-    end.cover(builder, side, [inner + 0.04, 0.96], [to - tall * 0.30, to - tall * 0.10], 0.016);
-    builder.material(indicator);
-    end.cover(builder, side, [0.97, 1.10], [to - tall * 0.30, to - tall * 0.10], 0.016);
-    let middle = from + tall * 0.38;
-    for (u, material) in [(0.62, Material::LampHigh), (0.84, Material::LampWhite)] {
-        let half = (tall * 0.26).min(0.05);
-        builder.material(material);
-        let u = u + (inner - 0.48) * 0.7;
-        end.cover(builder, side, [u - half, u + half], [middle - half, middle + half], 0.018);
+/// Adds the bars of a grille, across an opening.
+fn bars(builder: &mut MeshBuilder, end: &End, half: f32, z: [f32; 2]) {
+    builder.tinted(Material::Metal, [96, 98, 102]);
+    let count = ((z[1] - z[0]) / 0.038).floor().clamp(1.0, 8.0) as u32;
+    for bar in 0..count {
+        let middle = z[0] + (z[1] - z[0]) * (bar as f32 + 0.5) / count as f32;
+        let along = |step: u32| end.ahead(half * (step as f32 / 2.0 - 1.0), middle);
+        match (0..=4).map(along).collect::<Option<Vec<_>>>() {
+            Some(line) => {
+                let edge =
+                    |(at, normal): &(Vec3, Vec3), z: f32| *at + *normal * 0.012 + Vec3::Z * z;
+                for pair in line.windows(2) {
+                    let [a, b] = [0.007, -0.007].map(|z| [edge(&pair[0], z), edge(&pair[1], z)]);
+                    let corners = [a[0], a[1], b[1], b[0]];
+                    let front = (a[1] - a[0]).cross(b[0] - a[0]).x * end.forward() > 0.0;
+                    builder.quad(if front { corners } else { [a[1], a[0], b[0], b[1]] });
+                }
+            }
+            None => end.plate(builder, half, [middle - 0.006, middle + 0.006], 0.012),
+        }
     }
 }
 
@@ -311,7 +307,6 @@ fn rear(
     measure: &Measure,
     Trim(_, _, tail, _): &Trim,
     surface: Option<&Surface>,
-    number: usize,
 ) {
     let end = End { shape, measure, is_front: false, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
@@ -327,19 +322,14 @@ fn rear(
             Tail::Corner => {
                 let (from, to) = (top - tall * 0.34, top - 0.02);
                 let cut = from + (to - from) * 0.38;
-                builder.material(Material::LampRed);
-                end.wrap(builder, side, [0.52, 0.965], [cut, to]);
-                builder.material(indicator);
-                end.wrap(builder, side, [0.70, 0.965], [from, cut]);
-                builder.material(Material::LampReverse);
-                end.wrap(builder, side, [0.52, 0.70], [from, cut]);
+                lamp::ribs(builder, &end, side, [0.52, 0.965], [cut, to], Material::LampRed);
+                lamp::ribs(builder, &end, side, [0.70, 0.965], [from, cut], indicator);
+                lamp::ribs(builder, &end, side, [0.52, 0.69], [from, cut], Material::LampReverse);
             }
             Tail::Bar => {
                 let (from, to) = (top - tall * 0.20, top - 0.03);
-                builder.material(Material::LampRed);
-                end.wrap(builder, side, [0.0, 0.80], [from, to]);
-                builder.material(indicator);
-                end.wrap(builder, side, [0.80, 0.965], [from, to]);
+                lamp::ribs(builder, &end, side, [0.0, 0.80], [from, to], Material::LampRed);
+                lamp::ribs(builder, &end, side, [0.80, 0.965], [from, to], indicator);
                 builder.material(Material::LampReverse);
                 end.wrap(builder, side, [0.42, 0.56], [from - 0.07, from - 0.01]);
             }
@@ -351,29 +341,29 @@ fn rear(
                     (indicator, [at(0.22), at(0.48)]),
                     (Material::LampRed, [at(0.48), to]),
                 ] {
-                    builder.material(material);
-                    end.wrap(builder, side, [0.80, 0.965], z);
+                    lamp::ribs(builder, &end, side, [0.80, 0.965], z, material);
                 }
             }
             Tail::Round => {
                 let z = top - tall * 0.24;
                 let radius = (tall * 0.13).clamp(0.055, 0.085);
-                builder.material(Material::LampRed);
-                end.disc(builder, side, [0.74, z], radius, OUT_M);
+                let axis = Vec3::X * end.forward();
+                let at = end.spot(side, [0.74, z]);
+                lamp::bowl(builder, at, axis, radius, [Material::LampRed; 2]);
                 builder.material(indicator);
                 end.disc(builder, side, [0.74, z - radius * 2.1], radius * 0.8, OUT_M);
                 builder.material(Material::LampReverse);
                 end.disc(builder, side, [0.54, z], radius * 0.7, OUT_M);
             }
         }
-        builder.material(Material::LampFog);
+        builder.tinted(Material::LampFog, [120, 20, 18]);
         end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
     }
     builder.material(Material::Plastic);
     let lip = if surface.is_some() { 0.03 } else { -0.02 };
     end.plate(builder, half * 0.66, [low + lip, low + tall * 0.20], 0.004);
     let z = low + tall * if upright { 0.24 } else { 0.34 };
-    number_plate(builder, &end, z, number);
+    number_plate(builder, &end, z);
     if shape.is_angular || upright {
         return;
     }

@@ -144,6 +144,9 @@ impl House {
             let frame = Frame::of_box(half, number);
             if touching && start.0 == Side::Flank {
                 bare(builder, look, half, number, height);
+                if self.detail != Detail::Low {
+                    firewall(builder, look, half, number, height);
+                }
             } else {
                 facade::draw(builder, look, (frame, height), start, random);
             }
@@ -293,6 +296,33 @@ fn bare(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize, hei
     look.wall().apply(builder);
     let corners = [(half, 0.0), (-half, 0.0), (-half, height), (half, height)];
     builder.quad(corners.map(|(x, z)| foot + turn * vec3(x, 0.0, z)));
+}
+
+/// Adds what shows on a wall where its neighbour is lower: a strip over a flue, and small windows.
+fn firewall(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize, height: f32) {
+    let Frame { turn, foot, half } = Frame::of_box(half, side);
+    let mut random = look.stream(0xf12e + side as u64);
+    let rect = |builder: &mut MeshBuilder, x: [f32; 2], z: [f32; 2], out: f32| {
+        let corners = [(x[1], z[0]), (x[0], z[0]), (x[0], z[1]), (x[1], z[1])];
+        builder.quad(corners.map(|(x, z)| foot + turn * vec3(x, out, z)));
+    };
+    let dim = |paint: [u8; 3], by: f32| paint.map(|c| (f32::from(c) * by) as u8);
+    let wall = look.wall();
+    let flue = half * random.between(-0.6, 0.6);
+    builder.tinted(wall.material, dim(wall.rgb, 1.06));
+    rect(builder, [flue - 0.45, flue + 0.45], [0.0, height], 0.011);
+    let x = half * random.between(-0.8, 0.8);
+    if x.abs() > half - 0.8 || (x - flue).abs() < 1.0 {
+        return;
+    }
+    let mut sill = SHOP_M + 1.1;
+    while sill + 1.0 < height {
+        look.frame().apply(builder);
+        rect(builder, [x - 0.42, x + 0.42], [sill - 0.06, sill + 1.06], 0.012);
+        builder.tinted(Material::Glass, [30, 34, 38]);
+        rect(builder, [x - 0.36, x + 0.36], [sill, sill + 1.0], 0.024);
+        sill += FLOOR_M;
+    }
 }
 
 /// Adds poles, planks and rails in front of the street side.

@@ -25,12 +25,14 @@ const CLEAR_ENDS_M: f64 = 6.0;
 const PLACE_M: f64 = 6.2;
 /// The width of one place in a row of bays. Metres.
 const BAY_M: f32 = 2.7;
+/// The number of models of a town's parked cars: each has a mesh without occupants of its own.
+const MODELS: usize = 18;
 /// The height of slabs and paint above the ground. Metres.
 const SLAB_M: f32 = 0.04;
 
 /// Parks cars at all places.
 pub(super) fn park(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
-    let fleet = Fleet::new();
+    let fleet = Fleet::new(plan.seed);
     lanes(plan, scene, &fleet);
     spaces(plan, scene, &fleet);
     for (number, garden) in gardens.iter().enumerate() {
@@ -47,13 +49,18 @@ pub(super) fn park(plan: &mut Plan, scene: &mut Scene, gardens: &[Garden]) {
 struct Fleet(Vec<(u32, &'static Blueprint)>);
 
 impl Fleet {
-    fn new() -> Fleet {
+    fn new(seed: u64) -> Fleet {
         let own = |(_, one): &(u32, &Blueprint)| {
             one.kind == Kind::Vehicle
                 && matches!(one.base_type, "car" | "van")
                 && one.special_type != "emergency"
         };
-        Fleet((0..).zip(catalogue::catalogue()).filter(own).collect())
+        let mut all: Vec<_> = (0..).zip(catalogue::catalogue()).filter(own).collect();
+        let mut random = RandomStream::named(seed, 0xf1ee7);
+        while all.len() > MODELS {
+            all.swap_remove(random.below(all.len()));
+        }
+        Fleet(all)
     }
 
     /// A vehicle that fits; the limits are half of length and width. Metres.
@@ -200,7 +207,7 @@ pub(super) fn lot(
     if !slab(plan, scene, at, LOT_M, yaw, Material::Asphalt) {
         return;
     }
-    let fleet = Fleet::new();
+    let fleet = Fleet::new(plan.seed);
     let (along, across) = (Vec2::from_angle(yaw), Vec2::from_angle(yaw).perp());
     let count = (LOT_M.x * 2.0 / BAY_M) as u32;
     for side in [-1.0f32, 1.0] {
@@ -284,19 +291,8 @@ impl Spot {
         taken: u8,
         random: &mut RandomStream,
     ) {
-        const COLORS: [[u8; 3]; 9] = [
-            [18, 18, 20],
-            [225, 226, 224],
-            [120, 124, 128],
-            [58, 62, 68],
-            [128, 20, 22],
-            [24, 48, 96],
-            [36, 70, 50],
-            [170, 150, 110],
-            [88, 30, 26],
-        ];
-        let color = *random.pick(&COLORS);
         let Some((number, car)) = fleet.pick(self.half, random) else { return };
+        let color = car.random_paint(random).unwrap_or(car.default_color);
         let half = car.half_extents_m;
         let forward = Vec2::from_angle(self.yaw);
         let at = self.at + self.out * (self.half.y - half.y);

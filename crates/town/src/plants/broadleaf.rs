@@ -11,7 +11,11 @@ use super::species::Shape;
 /// The radius below which a branch has no geometry of its own. Metres.
 const TWIG_M: [f32; 2] = [0.016, 0.03];
 /// How many times larger and fewer the sprays of a far tree are than leaves.
-const SPRAY: f32 = 2.7;
+const SPRAY: f32 = 3.1;
+/// The number of leaves of a near tree that grow from one twig.
+const CLUSTER: usize = 5;
+/// The number of leaves for one of those that close the middle of a crown.
+const INNER: u32 = 4;
 
 /// Builds a plant with leaves, or with sprays of leaves.
 pub(super) fn build(
@@ -42,10 +46,22 @@ pub(super) fn build(
         .map(|j| j.at)
         .collect();
     builder.material(Material::Leaves);
+    let cluster = if is_near { CLUSTER } else { 1 };
+    let mut twig = Vec3::ZERO;
     for leaf in 0..count as usize {
-        let near = ends[leaf % ends.len()];
-        let out = random.between(0.1, 1.5) * envelope.step_m;
-        crown.leaf(builder, near + unit(random) * out, random);
+        if leaf % cluster == 0 {
+            let near = ends[leaf / cluster % ends.len()];
+            twig = near + unit(random) * random.between(0.1, 1.45) * envelope.step_m;
+        }
+        // Leaves surround their twig, and leave gaps to those of the next.
+        let out = if is_near { leaf_m * random.between(0.3, 1.3) } else { 0.0 };
+        crown.leaf(builder, twig + unit(random) * out, 1.0, random);
+    }
+    // Large leaves in the shade close the middle of the crown.
+    for _ in 0..count / INNER {
+        let end = ends[random.below(ends.len())];
+        let at = center + (end - center) * random.between(0.2, 0.8);
+        crown.leaf(builder, at, if is_near { 2.9 } else { 2.4 }, random);
     }
 }
 
@@ -57,7 +73,7 @@ fn trunk(shape: &Shape, random: &mut RandomStream) -> Vec<Vec3> {
     let (turn, bend) = (random.between(0.0, std::f32::consts::TAU), random.between(0.02, 0.09));
     let top = shape.crown_from_m * 0.95;
     let segments = 4;
-    let mut all = vec![Vec3::Z * -0.4, Vec3::Z * 0.05];
+    let mut all = vec![Vec3::Z * -0.4, Vec3::Z * 0.05, Vec3::Z * 0.4];
     for segment in 1..=segments {
         let z = top * segment as f32 / segments as f32;
         let aside = bend * z * (z / top * 2.6 + turn).sin();
@@ -72,7 +88,8 @@ fn wood(builder: &mut MeshBuilder, shape: &Shape, joints: &[Joint], is_near: boo
     let thinnest = TWIG_M[usize::from(!is_near)].max(base_m * 0.09);
     let radius = |index: usize| {
         // The trunk widens at its foot and grows thinner upwards.
-        let flare = if index <= 1 && shape.trunk_radius_m > 0.0 { 1.45 } else { 1.0 };
+        let flare = if shape.trunk_radius_m > 0.0 { [1.45, 1.45, 1.12].get(index) } else { None };
+        let flare = flare.copied().unwrap_or(1.0);
         let slim = 1.0 - 0.35 * (joints[index].at.z / shape.height_m).clamp(0.0, 1.0);
         joints[index].radius * base_m * flare * slim
     };
@@ -83,10 +100,12 @@ fn wood(builder: &mut MeshBuilder, shape: &Shape, joints: &[Joint], is_near: boo
             continue;
         }
         // Along the thickest branch the tube continues, others start with their own radius.
-        let from = radius(joint.parent).min(own * 1.25);
+        let from = radius(joint.parent).min(own * if index == 2 { 1.45 } else { 1.25 });
         let sides = match own {
             _ if !is_near => 4,
-            own if own > 0.09 => 8,
+            // Faces that meet at less than a crease have smooth edges.
+            own if own > 0.09 => 10,
+            own if own > 0.05 => 7,
             own if own > 0.03 => 5,
             _ => 3,
         };
@@ -121,25 +140,27 @@ struct Crown<'a> {
 }
 
 impl Crown<'_> {
-    /// Adds a leaf about a point: a rhombus that mostly faces out of the crown and upwards.
-    fn leaf(&self, builder: &mut MeshBuilder, at: Vec3, random: &mut RandomStream) {
+    /// Adds a leaf about a point, `large` times the usual size: widest near its foot, folded along its middle, with a
+    /// tip that hangs. Leaves mostly face out of the crown and upwards.
+    fn leaf(&self, builder: &mut MeshBuilder, at: Vec3, large: f32, random: &mut RandomStream) {
         let offset = (at - self.center) / self.radii;
         // A point outside of the crown moves to its surface.
         let far = offset.length().max(1e-3);
         let at = if far > 1.0 { self.center + offset / far * self.radii } else { at };
         let out = (offset / self.radii).normalize_or(Vec3::Z);
-        let normal = (out * 0.8 + Vec3::Z * 0.45 + unit(random) * 0.75).normalize_or(Vec3::Z);
+        let normal = (out * 0.7 + Vec3::Z * 0.45 + unit(random) * 1.1).normalize_or(Vec3::Z);
         let along = (unit(random) - Vec3::Z * 0.5).reject_from_normalized(normal);
         let along = along.normalize_or(normal.any_orthonormal_vector());
         // Most leaves are small; a few are as large as the species allows.
         let young = random.unit();
-        let size = self.leaf_m * (0.62 + 0.75 * young * young);
-        let slim = random.between(0.26, 0.4);
+        let size = self.leaf_m * (0.62 + 0.75 * young * young) * large;
+        let slim = random.between(0.24, 0.36);
         let (long, wide) = (along * size * 0.5, normal.cross(along) * size * slim);
         builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, random));
-        let fold = normal * size * 0.06;
+        let fold = normal * size * 0.08 - long * 0.32;
+        let tip = at + long - Vec3::Z * size * 0.1;
         let [a, b, c, d] =
-            [at - long, at + wide + fold, at + long, at - wide + fold].map(|p| builder.vertex(p));
+            [at - long, at + wide + fold, tip, at - wide + fold].map(|p| builder.vertex(p));
         builder.triangle([a, c, b]);
         builder.triangle([a, d, c]);
     }
@@ -147,9 +168,9 @@ impl Crown<'_> {
     /// The colour of a leaf: darker deep in the crown and at its foot, where less of the sky is seen,
     /// and some leaves are paler or yellower.
     fn green(&self, far: f32, up: f32, random: &mut RandomStream) -> [u8; 3] {
-        let open = 0.52 + 0.48 * far * far * (0.82 + 0.18 * up.clamp(-1.0, 1.0));
-        let bright = open * random.between(0.84, 1.12);
-        let warm = random.between(-0.07, 0.11);
+        let open = 0.40 + 0.60 * far * far * (0.82 + 0.18 * up.clamp(-1.0, 1.0));
+        let bright = open * random.between(0.74, 1.2);
+        let warm = random.between(-0.10, 0.20);
         let [r, g, b] = self.shape.green.map(f32::from);
         [r * (1.0 + warm), g, b * (1.0 - warm)].map(|c| (c * bright).clamp(8.0, 255.0) as u8)
     }

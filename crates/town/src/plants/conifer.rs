@@ -17,7 +17,7 @@ pub(super) fn build(
 ) {
     let (height, trunk_m) = (shape.height_m, shape.trunk_radius_m);
     builder.tinted(Material::Bark, shape.bark);
-    let sides = if is_near { 8 } else { 4 };
+    let sides = if is_near { 10 } else { 4 };
     tube(builder, [Vec3::Z * -0.4, Vec3::Z * 0.4], [trunk_m * 1.4, trunk_m], sides);
     tube(builder, [Vec3::Z * 0.4, Vec3::Z * height * 0.97], [trunk_m, 0.02], sides);
     let (whorls, sprays, leaf_m) =

@@ -1,4 +1,7 @@
 //! Sixteen lanes in plain Rust, for processors without the instruction sets above.
+//!
+//! On x86-64, where processors without AVX2 are older than 2013, each operation is a call: inlined into the
+//! kernels as those of the other sets, this one would take most of the time in which the crate compiles.
 
 use std::ops::{Add, BitAnd, BitOr, BitXor, Div, Mul, Neg, Not, Sub};
 
@@ -37,19 +40,23 @@ impl Float8 for F32x8 {
     fn to_array(self) -> [f32; 8] {
         self.0
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_add(self, a: F32x8, b: F32x8) -> F32x8 {
         F32x8(std::array::from_fn(|i| self.0[i] * a.0[i] + b.0[i]))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn min(self, other: F32x8) -> F32x8 {
         F32x8(std::array::from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, other: F32x8) -> F32x8 {
         F32x8(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn ge(self, other: F32x8) -> u32 {
         (0..8).fold(0, |bits, i| bits | u32::from(self.0[i] >= other.0[i]) << i)
     }
@@ -59,7 +66,8 @@ macro_rules! lanewise {
     ($type:ident: $($trait:ident $method:ident($a:ident, $b:ident) $result:expr;)*) => {
         $(impl $trait for $type {
             type Output = $type;
-            #[inline(always)]
+            #[cfg_attr(target_arch = "x86_64", inline(never))]
+            #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
             fn $method(self, other: $type) -> $type {
                 $type(std::array::from_fn(|lane| {
                     let ($a, $b) = (self.0[lane], other.0[lane]);
@@ -90,7 +98,8 @@ lanewise! { Mask16:
 
 impl Neg for F32x16 {
     type Output = F32x16;
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn neg(self) -> F32x16 {
         F32x16(self.0.map(|x| -x))
     }
@@ -98,7 +107,8 @@ impl Neg for F32x16 {
 
 impl Not for Mask16 {
     type Output = Mask16;
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn not(self) -> Mask16 {
         Mask16(self.0.map(|x| !x))
     }
@@ -127,23 +137,28 @@ impl Float for F32x16 {
     fn to_array(self) -> [f32; LANES] {
         self.0
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn min(self, other: F32x16) -> F32x16 {
         F32x16(std::array::from_fn(|i| if self.0[i] < other.0[i] { self.0[i] } else { other.0[i] }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn max(self, other: F32x16) -> F32x16 {
         F32x16(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn abs(self) -> F32x16 {
         F32x16(self.0.map(f32::abs))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn sqrt(self) -> F32x16 {
         F32x16(self.0.map(f32::sqrt))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn floor(self) -> F32x16 {
         // The x86-64 baseline has no rounding instruction; this is exact below 2³¹.
         F32x16(self.0.map(|x| {
@@ -151,35 +166,43 @@ impl Float for F32x16 {
             if whole > x { whole - 1.0 } else { whole }
         }))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn mul_add(self, a: F32x16, b: F32x16) -> F32x16 {
         self * a + b
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn lt(self, other: F32x16) -> Mask16 {
         Mask16(std::array::from_fn(|i| ones(self.0[i] < other.0[i])))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn ge(self, other: F32x16) -> Mask16 {
         Mask16(std::array::from_fn(|i| ones(self.0[i] >= other.0[i])))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn or(self, mask: Mask16, other: F32x16) -> F32x16 {
         self.bits().or(mask, other.bits()).as_float()
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn to_int(self) -> U32x16 {
         U32x16(self.0.map(|x| x as i32 as u32))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn bits(self) -> U32x16 {
         U32x16(self.0.map(f32::to_bits))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn largest(self) -> f32 {
         self.0.into_iter().fold(f32::NEG_INFINITY, |a, b| if a > b { a } else { b })
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn smallest(self) -> f32 {
         self.0.into_iter().fold(f32::INFINITY, |a, b| if a < b { a } else { b })
     }
@@ -201,38 +224,46 @@ impl Word for U32x16 {
     fn to_array(self) -> [u32; LANES] {
         self.0
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn shl<const BITS: u32>(self) -> U32x16 {
         U32x16(self.0.map(|x| x << BITS))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn shr<const BITS: u32>(self) -> U32x16 {
         U32x16(self.0.map(|x| x >> BITS))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn eq(self, other: U32x16) -> Mask16 {
         Mask16(std::array::from_fn(|i| ones(self.0[i] == other.0[i])))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn or(self, mask: Mask16, other: U32x16) -> U32x16 {
         U32x16(std::array::from_fn(|i| self.0[i] & mask.0[i] | other.0[i] & !mask.0[i]))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn to_float(self) -> F32x16 {
         F32x16(self.0.map(|x| x as i32 as f32))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn as_float(self) -> F32x16 {
         F32x16(self.0.map(f32::from_bits))
     }
 }
 
 impl Mask for Mask16 {
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn from_bits(bits: u16) -> Mask16 {
         Mask16(std::array::from_fn(|lane| ones(bits >> lane & 1 != 0)))
     }
-    #[inline(always)]
+    #[cfg_attr(target_arch = "x86_64", inline(never))]
+    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn bits(self) -> u16 {
         self.0.iter().enumerate().fold(0, |bits, (lane, x)| bits | (*x as u16 & 1) << lane)
     }

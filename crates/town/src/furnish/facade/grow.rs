@@ -191,6 +191,11 @@ impl<'a> Facade<'a> {
             let own = f32::from(c) + lighter + self.random.between(-3.0, 3.0);
             own.clamp(8.0, 250.0) as u8
         });
+        self.glass(u, z, o, rgb);
+    }
+
+    /// Adds a pane of exactly this colour, so that all panes of one room are alike.
+    pub(super) fn glass(&mut self, u: [f32; 2], z: [f32; 2], o: f32, rgb: [u8; 3]) {
         self.canvas.paint(Paint { material: Material::Glass, rgb });
         self.canvas.rect(u, z, o);
     }

@@ -61,6 +61,11 @@ impl Look {
         self.paints[slot as usize]
     }
 
+    /// A stream of choices that hold for the whole building.
+    pub(crate) fn stream(&self, name: u64) -> RandomStream {
+        RandomStream::named(self.seed, name)
+    }
+
     /// What stands on the roof.
     pub(crate) fn roof(&self) -> &'static RoofRule {
         &self.style().roof

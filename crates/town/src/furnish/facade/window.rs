@@ -74,7 +74,11 @@ impl Facade<'_> {
         let (b, o) = (part.frame.max(0.03), o + PROUD_M);
         let curtained = self.random.chance(part.blind);
         let dice = self.random.unit();
-        let room = *self.random.pick(&ROOMS);
+        // All panes of a window have one colour, by which a renderer furnishes and lights the room behind.
+        let mut room = *self.random.pick(&ROOMS);
+        for (channel, by) in room.iter_mut().zip([113.0, 397.0, 997.0]) {
+            *channel = (f32::from(*channel) + (dice * by).fract() * 28.0 - 14.0).max(8.0) as u8;
+        }
         let cloth = *self.random.pick(if dice < 0.5 { &CURTAINS[..] } else { &BLINDS[..] });
         let width = (hole.width() - b) / columns as f32;
         let rows = if self.fine != Fineness::Full { 1 } else { part.panes[1].max(1) };
@@ -94,7 +98,7 @@ impl Facade<'_> {
             for z in &sashes[..rows.min(2) as usize] {
                 let edge = drop.clamp(z[0], z[1]);
                 if edge - z[0] > 0.02 {
-                    self.pane(u, [z[0], edge], o, room);
+                    self.glass(u, [z[0], edge], o, room);
                 }
                 if z[1] - edge > 0.02 {
                     self.pane(u, [edge, z[1]], o, cloth);

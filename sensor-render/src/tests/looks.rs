@@ -1,0 +1,267 @@
+//! What shading draws without geometry: rooms behind panes, light through leaves, tracks and oil on lanes, grain. On
+//! both tracers.
+
+use glam::{Quat, Vec3};
+use mesh::{Face, Material, Mesh, Tag};
+use protocol::{Pose, SensorSpec, Weather, lamp, output, quality};
+
+use super::lens::tracers;
+use super::{MeasuredBundle, actor, block, camera, world_with};
+use crate::{BlueprintMesh, Scene, Tracer, World};
+
+type Image = Vec<[u8; 4]>;
+
+const WIDTH: u32 = 64;
+
+fn image(tracer: &mut Tracer, scene: &Scene, world: &World, spec: SensorSpec) -> Image {
+    let spec = SensorSpec { outputs: output::COLOR, ..spec };
+    let bundle = MeasuredBundle::measure(tracer, scene, world, &[spec]);
+    bundle.plane::<[u8; 4]>(0, output::COLOR).to_vec()
+}
+
+fn at_quality(level: u32) -> SensorSpec {
+    SensorSpec { quality: level, ..camera(WIDTH, WIDTH) }
+}
+
+/// Returns the image of every tracer, after comparing those of the others with the first.
+fn agreed(scene: &Scene, world: &World, spec: SensorSpec) -> Image {
+    let images: Vec<Image> =
+        tracers().map(|mut tracer| image(&mut tracer, scene, world, spec)).collect();
+    for other in &images[1..] {
+        let apart =
+            |(a, b): &(&[u8; 4], &[u8; 4])| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 3);
+        let count = images[0].iter().zip(other).filter(apart).count();
+        assert!(count * 200 <= other.len(), "{count} of {} pixels differ", other.len());
+    }
+    images[0].clone()
+}
+
+/// Returns a wall at x = 6 with a pane of 3 m by 2 m in it.
+fn window(rgb: [u8; 3]) -> Scene {
+    let mut mesh = Mesh::default();
+    let of = |material: Material, tint: [u8; 3]| Face {
+        tint: Face::tint(tint),
+        ..Face::new(Tag::Building, material, 3)
+    };
+    block(&mut mesh, [6., -9., 0.], [9., 9., 9.], of(Material::FacadePlaster, [180, 170, 160]));
+    let corners = [[5.98, 1.5, 0.2], [5.98, -1.5, 0.2], [5.98, -1.5, 2.2], [5.98, 1.5, 2.2]];
+    mesh.quad(corners, of(Material::Glass, rgb));
+    Scene::new(&mesh, &[]).unwrap()
+}
+
+/// Returns the difference between the brightest and the darkest pixel of the middle of the pane.
+fn spread(image: &Image) -> u8 {
+    let pane = (28..36).flat_map(|y| (24..40).map(move |x| y * WIDTH as usize + x));
+    let values: Vec<u8> = pane.map(|at| image[at][1]).collect();
+    values.iter().max().unwrap() - values.iter().min().unwrap()
+}
+
+#[test]
+fn a_pane_of_a_building_shows_a_room() {
+    let scene = window([34, 38, 44]);
+    let world = world_with(&scene, &[]);
+    let fine = spread(&agreed(&scene, &world, at_quality(quality::STANDARD)));
+    let low = spread(&agreed(&scene, &world, at_quality(quality::LOW)));
+    assert!(fine > low + 4, "{fine} {low}");
+}
+
+#[test]
+fn the_sun_shines_through_leaves_unless_something_is_behind_them() {
+    let shown = |has_wall: bool| {
+        let mut mesh = Mesh::default();
+        let green = Face {
+            tint: Face::tint([110, 140, 60]),
+            ..Face::new(Tag::Vegetation, Material::Leaves, 2)
+        };
+        mesh.quad([[5., 3., 0.], [5., -3., 0.], [5., -3., 3.], [5., 3., 3.]], green);
+        if has_wall {
+            let wall = Face::new(Tag::Wall, Material::Concrete, 3);
+            block(&mut mesh, [5.5, -40., 0.], [6., 40., 60.], wall);
+        }
+        let scene = Scene::new(&mesh, &[]).unwrap();
+        let mut world = world_with(&scene, &[]);
+        // The sun is ahead of the camera.
+        world.weather =
+            Weather { sun_azimuth_rad: 0.0, sun_altitude_rad: 0.6, ..Weather::default() };
+        agreed(&scene, &world, at_quality(quality::STANDARD))[32 * WIDTH as usize + 32]
+    };
+    let (open, shaded) = (shown(false), shown(true));
+    assert!(open[1] > shaded[1] + 25, "{open:?} {shaded:?}");
+    assert!(open[1] > open[2] + 40, "yellower than the leaf: {open:?}");
+}
+
+/// Returns the image, from 2 m above it, of a lane with this blue in its tint; its first columns lie at its left
+/// edge.
+fn lane(blue: u8) -> Image {
+    let mut mesh = Mesh::default();
+    let asphalt =
+        Face { tint: Face::tint([82, 81, blue]), ..Face::new(Tag::Roads, Material::Asphalt, 0) };
+    // The first edge of each triangle lies along the lane, which leads along x.
+    for x in (-40..40).step_by(8).map(|x| x as f32) {
+        let [a, b, c, d] = [[x, 2., 0.], [x, -2., 0.], [x + 8., -2., 0.], [x + 8., 2., 0.]]
+            .map(|corner| mesh.vertex(corner));
+        mesh.triangle([d, a, c], asphalt);
+        mesh.triangle([b, c, a], asphalt);
+    }
+    let scene = Scene::new(&mesh, &[]).unwrap();
+    let mut world = world_with(&scene, &[]);
+    world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+    // From above: a column of pixels lies at one distance from the middle.
+    let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+    let parent_from_sensor = Pose::new(Vec3::new(0., 0., 2.0), down);
+    let spec = SensorSpec { parent_from_sensor, ..at_quality(quality::STANDARD) };
+    agreed(&scene, &world, spec)
+}
+
+/// Returns the mean brightness of columns of an image.
+fn mean(image: &Image, columns: std::ops::Range<usize>) -> f32 {
+    let of = columns.clone().flat_map(|x| (0..64).map(move |y| y * 64 + x));
+    of.map(|at| f32::from(image[at][1])).sum::<f32>() / (columns.len() * 64) as f32
+}
+
+#[test]
+fn the_tracks_of_wheels_lie_along_a_lane() {
+    let image = lane(82);
+    // 32 pixels are 2 m.
+    let (middle, edges) = (mean(&image, 29..35), (mean(&image, 0..4) + mean(&image, 60..64)) * 0.5);
+    assert!(middle < edges - 4.0, "{middle} {edges}");
+}
+
+#[test]
+fn oil_lies_where_vehicles_wait() {
+    let [dry, oily] = [82, 82 + 3 * 8].map(lane);
+    let (middle, before) = (mean(&oily, 28..36), mean(&dry, 28..36));
+    assert!(middle < before - 5.0, "{middle} {before}");
+    let (edge, before) = (mean(&oily, 0..6), mean(&dry, 0..6));
+    assert!((edge - before).abs() < 0.6, "its edges are no bluer: {edge} {before}");
+}
+
+#[test]
+fn asphalt_and_grass_have_grain_that_fades_with_the_distance() {
+    for material in [Material::Asphalt, Material::Grass] {
+        let mut mesh = Mesh::default();
+        let face = Face::new(Tag::Roads, material, 0);
+        mesh.quad([[-90., 90., 0.], [-90., -90., 0.], [90., -90., 0.], [90., 90., 0.]], face);
+        let scene = Scene::new(&mesh, &[]).unwrap();
+        let mut world = world_with(&scene, &[]);
+        world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+        // The mean difference between neighbouring pixels.
+        let grain = |high: f32| {
+            let down = Quat::from_rotation_y(std::f32::consts::FRAC_PI_2);
+            let parent_from_sensor = Pose::new(Vec3::new(3.3, 1.7, high), down);
+            let spec = SensorSpec { parent_from_sensor, ..at_quality(quality::STANDARD) };
+            let image = agreed(&scene, &world, SensorSpec { fov_rad: 0.25, ..spec });
+            let differences = image.chunks(WIDTH as usize).flat_map(|row| row.windows(2));
+            let differences = differences.map(|pair| f32::from(pair[0][1].abs_diff(pair[1][1])));
+            differences.sum::<f32>() / image.len() as f32
+        };
+        let (near, far) = (grain(2.0), grain(60.0));
+        assert!(near > 3.0 && far > 0.2 && near > far * 1.5, "{material:?}: {near} {far}");
+    }
+}
+
+#[test]
+fn a_clear_cover_shows_the_head_lamp_behind_it() {
+    let shown = |level: u32, lamps: u32, red: u8| {
+        let mut mesh = super::car();
+        let ground =
+            Face { tint: Face::tint([red, 10, 10]), ..Face::new(Tag::Car, Material::Plastic, 0) };
+        block(&mut mesh, [-2.1, -1.5, 0.3], [-2.0, 1.5, 2.4], ground);
+        let cover = Face { tint: 1, ..Face::new(Tag::Car, Material::Glass, 0) };
+        block(&mut mesh, [-2.14, -1.5, 0.3], [-2.13, 1.5, 2.4], cover);
+        let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+        let car = actor(4, Pose::level(Vec3::new(6., 0., 0.), 0.));
+        let mut world = world_with(&scene, &[protocol::ActorState { lamps, ..car }]);
+        world.weather.sun_azimuth_rad = std::f32::consts::PI;
+        agreed(&scene, &world, at_quality(level))[32 * WIDTH as usize + 32]
+    };
+    let [red, black] = [230, 10].map(|red| shown(quality::STANDARD, 0, red));
+    assert!(red[0] > black[0] + 60, "{red:?} {black:?}");
+    let [off, on] = [0, lamp::LOW_BEAM].map(|lamps| shown(quality::LOW, lamps, 230));
+    assert!(on[1] > off[1] + 60, "{on:?} {off:?}");
+}
+
+/// Returns the image of level ground of a material in rain, from 1.6 m above it.
+fn wet_ground(material: Material) -> Image {
+    let mut mesh = Mesh::default();
+    let face = Face::new(Tag::Terrain, material, 0);
+    mesh.quad([[-90., 90., 0.], [-90., -90., 0.], [90., -90., 0.], [90., 90., 0.]], face);
+    let wall = Face { tint: Face::tint([250, 30, 30]), ..Face::new(Tag::Wall, Material::Sign, 3) };
+    block(&mut mesh, [30., -90., 0.], [31., 90., 40.], wall);
+    let scene = Scene::new(&mesh, &[]).unwrap();
+    let mut world = world_with(&scene, &[]);
+    world.weather = Weather {
+        cloudiness: 100.0,
+        wetness: 100.0,
+        precipitation_deposits: 100.0,
+        ..Weather::default()
+    };
+    let parent_from_sensor = Pose::new(Vec3::new(0., 0., 1.6), Quat::IDENTITY);
+    let spec = SensorSpec { parent_from_sensor, ..at_quality(quality::STANDARD) };
+    agreed(&scene, &world, spec)
+}
+
+#[test]
+fn in_rain_roads_mirror_and_grass_does_not() {
+    // Of the ground between 9 and 25 m ahead, how much redder than green it is.
+    let redness = |image: &Image| {
+        let rows = (34..38).flat_map(|y| (8..56).map(move |x| y * WIDTH as usize + x));
+        rows.map(|at| i32::from(image[at][0]) - i32::from(image[at][1])).sum::<i32>() / (4 * 48)
+    };
+    let [road, grass] = [Material::Asphalt, Material::Grass].map(|of| redness(&wet_ground(of)));
+    assert!(road > 20 && grass < 5, "{road} {grass}");
+}
+
+#[test]
+fn plates_of_actors_of_one_blueprint_differ() {
+    let mut mesh = super::car();
+    let tint = crate::plate::TINT as u16;
+    let face = Face { tint, ..Face::new(Tag::Car, Material::Sign, 0) };
+    block(&mut mesh, [-2.1, -0.26, 1.145], [-2.0, 0.26, 1.255], face);
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+    let shown = |id: u32| {
+        let car = actor(id, Pose::level(Vec3::new(5., 0., 0.), 0.));
+        let parent_from_sensor = Pose::new(Vec3::new(0., 0., 1.2), Quat::IDENTITY);
+        let level = at_quality(quality::STANDARD);
+        let spec = SensorSpec { parent_from_sensor, fov_rad: 0.2, ..level };
+        agreed(&scene, &world_with(&scene, &[car]), spec)
+    };
+    let (one, other) = (shown(4), shown(5));
+    let differs = one.iter().zip(&other).filter(|(a, b)| a[1].abs_diff(b[1]) > 60).count();
+    assert!(differs > 40, "{differs}");
+}
+
+#[test]
+fn metal_flakes_in_paint_shine_about_the_mirrored_sun() {
+    let mut mesh = super::car();
+    block(&mut mesh, [-2.1, -3., 0.2], [-2.0, 3., 3.], Face::new(Tag::Car, Material::CarPaint, 0));
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+    let shown = |azimuth: f32| {
+        let mut world = world_with(&scene, &[actor(4, Pose::level(Vec3::new(6., 0., 0.), 0.))]);
+        // Behind the camera, both at one angle from the panel's normal.
+        world.weather =
+            Weather { sun_azimuth_rad: azimuth, sun_altitude_rad: 0.2, ..Weather::default() };
+        let image = agreed(&scene, &world, at_quality(quality::STANDARD));
+        let bright = |x: usize| i32::from(image[30 * WIDTH as usize + x][1]);
+        (bright(10), bright(54))
+    };
+    let turn = std::f32::consts::PI - 0.6;
+    let (left, right) = shown(turn);
+    assert!((left - right).abs() > 12, "{left} {right}");
+}
+
+#[test]
+fn fog_lamps_are_red_at_the_rear_and_white_at_the_front() {
+    let shown = |rear: bool| {
+        let mut mesh = super::car();
+        let own = Face::new(Tag::Car, Material::LampFog, 0);
+        let face = if rear { Face { tint: Face::tint([120, 20, 18]), ..own } } else { own };
+        block(&mut mesh, [-2.1, -0.5, 0.5], [-2.0, 0.5, 1.5], face);
+        let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+        let car = actor(4, Pose::level(Vec3::new(6., 0., 0.), 0.));
+        let world = world_with(&scene, &[protocol::ActorState { lamps: lamp::FOG, ..car }]);
+        agreed(&scene, &world, at_quality(quality::LOW))[32 * WIDTH as usize + 32]
+    };
+    let (front, rear) = (shown(false), shown(true));
+    assert!(front[1] > 200 && rear[0] > rear[1] + 60, "{front:?} {rear:?}");
+}
