@@ -14,6 +14,7 @@ mod camera;
 mod carla;
 mod collect;
 mod cores;
+mod crowd;
 mod environment;
 mod export;
 mod figure;
@@ -89,6 +90,8 @@ enum Verb {
     Tick,
     /// The steps of the host in a tick: empty, 100 and 1000 cars
     Host,
+    /// Whole ticks with 100, 1000 and 10 000 cars, without sensors
+    Crowd,
     /// The cost of 500 idle props per tick
     Rest,
     /// From the renderer's last write to the client's view
@@ -139,9 +142,10 @@ enum Verb {
 
 type Measure = fn(Effort, &mut Sink) -> anyhow::Result<()>;
 
-const VERBS: [(&str, Measure); 19] = [
+const VERBS: [(&str, Measure); 20] = [
     ("tick", tick::measure),
     ("host", host::measure),
+    ("crowd", crowd::measure),
     ("rest", rest::measure),
     ("handover", handover::measure),
     ("camera", camera::measure),

@@ -24,7 +24,81 @@ pub(crate) fn physics(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
         "physics",
         "one step of 50 ms in substeps of at most 10 ms",
     )?;
-    beside_peers(effort, sink)
+    beside_peers(effort, sink)?;
+    crowds(effort, sink)?;
+    hybrid(effort, sink)
+}
+
+/// Large enough for ten thousand cars.
+const LARGE_MAP: &str = "Greatmoor";
+/// The number of cars, the frames, and the names of the figures.
+const CROWDS: [(usize, usize, [&str; 2]); 3] = [
+    (100, 400, ["physics.car_substep.cars_100", "physics.car_substep.cars_100.cores"]),
+    (1000, 100, ["physics.car_substep.cars_1000", "physics.car_substep.cars_1000.cores"]),
+    (3000, 40, ["physics.car_substep.cars_3000", "physics.car_substep.cars_3000.cores"]),
+];
+
+/// Measures one car's share of one substep, on one thread and on all cores.
+fn crowds(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let machine = Machine::look();
+    let cores = std::thread::available_parallelism().map_or(1, usize::from);
+    for (cars, frames, names) in CROWDS {
+        for (name, threads) in names.into_iter().zip([1, cores]) {
+            let (frames, cars) = (effort.count(frames).to_string(), cars.to_string());
+            let threads_arg = threads.to_string();
+            let args = ["stage", "physics", "--json", "--map", LARGE_MAP, "--frames", &frames];
+            let more = ["--vehicles", &cars, "--physics-threads", &threads_arg];
+            let what = format!("substep of 10 ms on {threads} threads");
+            per_car(effort, sink, &machine, name, &[&args[..], &more].concat(), &what)?;
+        }
+    }
+    Ok(())
+}
+
+/// Measures one car's share of one substep with hybrid physics.
+fn hybrid(effort: Effort, sink: &mut Sink) -> anyhow::Result<()> {
+    let machine = Machine::look();
+    let frames = effort.count(40).to_string();
+    for (name, cars) in
+        [("physics.hybrid.cars_1000", "1000"), ("physics.hybrid.cars_10000", "10000")]
+    {
+        let args = ["stage", "physics", "--json", "--map", LARGE_MAP, "--frames", &frames];
+        let more = ["--vehicles", cars, "--hybrid-radius", "50"];
+        let what = "substep of 10 ms with hybrid physics 50 m around one car, on one thread";
+        per_car(effort, sink, &machine, name, &[&args[..], &more].concat(), what)?;
+    }
+    Ok(())
+}
+
+/// Measures one car's share of one substep with these arguments of `omnibus`.
+fn per_car(
+    effort: Effort,
+    sink: &mut Sink,
+    machine: &Machine,
+    name: &'static str,
+    args: &[&str],
+    what: &str,
+) -> anyhow::Result<()> {
+    const SUBSTEPS: f64 = 5.0;
+    let mut rounds = Vec::new();
+    let mut cars = 0.0;
+    for _ in 0..effort.rounds(ROUNDS) {
+        let report = ask(args)?;
+        let number =
+            |key: &str| report[key].as_f64().with_context(|| format!("no {key}: {report}"));
+        cars = number("vehicles")?;
+        let [p50, p90, p99] = ["p50_ms", "p90_ms", "p99_ms"].map(number);
+        let share = 1e3 / SUBSTEPS / cars;
+        let n = number("n")? as usize;
+        rounds.push(Spread { p50: p50? * share, p90: p90? * share, p99: p99? * share, n });
+    }
+    let middle = |of: fn(&Spread) -> f64| median(&rounds.iter().map(of).collect::<Vec<_>>());
+    let n = rounds.iter().map(|round| round.n).sum();
+    let spread =
+        Spread { p50: middle(|s| s.p50), p90: middle(|s| s.p90), p99: middle(|s| s.p99), n };
+    let workload = format!("a car's share of a {what}, {cars} cars in traffic, {LARGE_MAP}");
+    let unit = Unit::Micros;
+    sink.put(&Figure { name, workload, unit, value: spread.p50, spread, peer: None }, machine)
 }
 
 /// Compares one car's share of one substep with the peers'.

@@ -41,9 +41,9 @@ impl Exposure {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[non_exhaustive]
 pub enum ToneCurve {
-    /// That of cameras without effects, a fit of the curve of ACES (Narkowicz 2015).
+    /// That of cameras without effects: muted colours and the curve of Hable (2010).
     #[default]
-    Aces,
+    Hable,
     /// The filmic curve of Unreal Engine 4, with its parameters.
     Filmic {
         /// Slope of the straight part, by the logarithm to base 10 of the radiance.
@@ -117,7 +117,7 @@ impl CameraEffects {
         temperature_k: EffectsSpec::TEMPERATURE_K,
         tint: 0.0,
         gamma: None,
-        tone_curve: ToneCurve::Aces,
+        tone_curve: ToneCurve::Hable,
         readout_secs: 0.0,
         blur_secs: 0.0,
         aperture_m: 0.0,

@@ -52,6 +52,11 @@ pub enum TrafficParam {
     CrossFactor(f32),
     /// The seed of all random decisions of walkers, 0 to 2^24; with [`ActorId::NONE`] only.
     WalkerSeed(u32),
+    /// Whether vehicles on autopilot that are far from every hero, every actor with sensors and every
+    /// vehicle that a client drives are moved by a kinematic model; with [`ActorId::NONE`] only.
+    HybridPhysics(bool),
+    /// The distance from which on they are, 50 m by default; with [`ActorId::NONE`] only.
+    HybridRadiusM(f32),
     /// The walker with which a walker goes, side by side; [`ActorId::NONE`] ends it.
     WalksWith(ActorId),
 }
@@ -80,6 +85,8 @@ impl TrafficParam {
             TrafficParam::Seed(seed) => (param::SEED, seed as f32),
             TrafficParam::CrossFactor(value) => (param::CROSS_FACTOR, value),
             TrafficParam::WalkerSeed(seed) => (param::WALKER_SEED, seed as f32),
+            TrafficParam::HybridPhysics(on) => (param::HYBRID_PHYSICS, share(on)),
+            TrafficParam::HybridRadiusM(value) => (param::HYBRID_RADIUS_M, value),
             TrafficParam::WalksWith(other) => (param::WALKS_WITH, other.0 as f32),
         };
         protocol::TrafficParam { actor_id, param, value }

@@ -104,6 +104,8 @@ impl Host {
         }
         let world = world()?;
         let mut sim = Sim::of(world);
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        sim.world_mut().set_threads(threads);
         let hide = HideLayers { layers: config.hidden_layers, hidden: 1 };
         let first =
             [StandingCommand::SetSettings(config.settings), StandingCommand::HideLayers(hide)];

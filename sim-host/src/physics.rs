@@ -5,8 +5,10 @@
 //! [`Physics::step`] advances a frame in equal substeps:
 //!
 //! ```text
+//! for each vehicle that nothing is near, on any thread
+//!   all substeps of the frame, alone
 //! for each substep
-//!   for each actor, by id
+//!   for each other actor, by id
 //!     query the ground under its wheels, feet or corners
 //!     move a copy through sub-iterations of 2.5 ms: suspension, tyres, drivetrain, air
 //!     set the mean force and torque on its body
@@ -22,6 +24,8 @@ mod actor;
 mod actor_list;
 mod aerodynamics;
 mod blueprint;
+mod body_state;
+mod bound;
 mod classes;
 mod collision;
 mod collision_groups;
@@ -30,17 +34,21 @@ mod contact;
 mod digest;
 mod door_model;
 mod doors;
+mod dormant;
 mod drivetrain;
 mod error;
 mod fleet;
 mod forces;
 mod ground;
 mod hits;
+mod kinematic;
 mod lanes;
 mod limits;
+mod mark;
 mod model;
 mod motion;
 mod overlap;
+mod parallel;
 mod pedals;
 mod powertrain;
 mod prop;
@@ -49,6 +57,7 @@ mod queries;
 mod ragdoll;
 mod rigid_body;
 mod save;
+mod solo;
 mod spawn;
 mod stability;
 mod statics;

@@ -201,6 +201,7 @@ impl Sim {
         self.apply(inputs.requests, When::InFrame, services)?;
         services.commands_applied();
         let settings = self.standing.settings;
+        self.world.update_dormant(&self.standing);
         self.world.step(&settings, |physics, dt_s| services.observe(physics, dt_s));
         services.physics_stepped(self);
         self.standing.end_frame(self.stamp);
@@ -292,7 +293,7 @@ impl Sim {
     }
 
     fn create_bundle<S: Services>(
-        &self,
+        &mut self,
         client: Name,
         bundle: &CreateBundle,
         sensors: &[SensorSpec],
@@ -305,7 +306,9 @@ impl Sim {
                 bundle.parent
             )));
         }
-        services.create_bundle(client, bundle, sensors, receipt)
+        let id = services.create_bundle(client, bundle, sensors, receipt)?;
+        self.world.mark_carrier(bundle.parent);
+        Ok(id)
     }
 
     /// Applies a command about actors and returns the id concerned.
@@ -456,7 +459,9 @@ impl Sim {
         self.standing.apply(&Command::HideLayers(*hidden), &Outcome::done(0));
         let frame = self.stamp.frame.next();
         self.stamp = Stamp { frame, sim_time_nanos: 0, episode, ..self.stamp };
+        let threads = self.world.physics().threads();
         self.world = world;
+        self.world.set_threads(threads);
         self.decision_hash = 0;
         self.world.hide(&self.standing.hidden);
         self.update_grip();

@@ -20,6 +20,8 @@ use actors::ActorTable;
 
 mod actors;
 mod bones;
+mod hybrid;
+mod hybrid_radius;
 mod objects;
 mod physics_commands;
 mod queries;
@@ -34,6 +36,8 @@ pub struct World {
     /// The id of the actor spawned last.
     last_actor: u32,
     seed: u64,
+    /// Whether a vehicle may be dormant.
+    has_dormant: bool,
     map: Arc<MapState>,
 }
 
@@ -98,6 +102,7 @@ impl World {
             actors: ActorTable::default(),
             last_actor: 0,
             seed,
+            has_dormant: false,
             map,
         };
         world.place_lights();
@@ -159,6 +164,7 @@ impl World {
                     )));
                 }
                 self.steer(control)?;
+                self.physics.mark_driven(control.actor_id, true);
                 Ok(control.actor_id.0)
             }
             WorldCommand::Autopilot(to) => {
@@ -166,6 +172,7 @@ impl World {
                 let actor = self.movable(to.actor_id)?;
                 let stops = actor.kind == kind::WALKER && to.on == 0 && actor.has(flag::AUTOPILOT);
                 set(&mut actor.flags, flag::AUTOPILOT, to.on != 0);
+                self.physics.mark_driven(to.actor_id, false);
                 if stops {
                     // A fallen walker has no velocity to set.
                     let _ = self.physics.set_velocity(to.actor_id, Vec3::ZERO, Vec3::ZERO);
@@ -255,6 +262,7 @@ impl World {
                 self.vehicle(control.actor_id, "engine")?;
                 self.check_alive(control.actor_id)?;
                 self.physics.ackermann(control)?;
+                self.physics.mark_driven(control.actor_id, true);
                 Ok(control.actor_id.0)
             }
             WorldCommand::SetAckermann(settings) => {
@@ -490,6 +498,11 @@ impl World {
         });
     }
 
+    /// Sets the number of threads on which vehicles move: [`Physics::set_threads`].
+    pub fn set_threads(&mut self, threads: usize) {
+        self.physics.set_threads(threads);
+    }
+
     /// Lets kinematic vehicles far from others move once a frame: [`Physics::set_far`].
     pub fn set_far(&mut self, far_m: f32) {
         self.physics.set_far(far_m);
@@ -573,6 +586,7 @@ impl World {
             self.actors.set_limbs(limbs.actor_id, Some(*limbs));
         }
         self.last_actor = state.last_actor;
+        self.has_dormant = true;
         Ok(())
     }
 
@@ -598,6 +612,9 @@ impl World {
         for (block, bits) in standing.hidden.hidden_objects() {
             hash.word(block.into());
             bits.iter().for_each(|word| hash.word(*word));
+        }
+        if let Some(radius_m) = hybrid_radius::radius_m(standing) {
+            hash.word(radius_m.to_bits().into());
         }
         self.actors.hash(hash);
         hash.word(self.physics.hash());

@@ -115,11 +115,15 @@ CHECKS = [
     effects_rest.states_of_lights,
     effects_rest.walkers_by_themselves,
     effects_rest.traffic_actions,
+    effects_traffic.several_managers,
+    effects_traffic.hybrid_physics,
+    effects_traffic.respawn_of_dormant_vehicles,
     effects_cosmos.cosmos_visualization,
     effects_cosmos.empty_actors,
     effects_world.episodes,
     effects_map.every_lane_and_sign,
     effects_sensors.effects_of_cameras,
+    effects_traffic.osm_mode,
 ]
 
 

@@ -171,7 +171,6 @@ def traffic_actions(c):
     differs("TrafficManager.get_next_action TrafficManager.get_all_actions",
             "`Void` and nothing: the package does not read the answer of a traffic manager that "
             "runs in another process, here always that of the simulator")
-    ignored("accepted; traffic goes on", {"TrafficManager.shut_down": manager.shut_down})
     start = car.get_location()
     c.ticks(80)
     assert car.get_location().distance(start) > 2.0

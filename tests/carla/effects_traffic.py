@@ -2,7 +2,9 @@
 
 import carla
 
+import made_map
 from effects_kit import near
+from effects_world import update_context
 from ledger import check, differs, ignored, works
 
 
@@ -250,17 +252,8 @@ def autopilot(c):
             "TrafficManager.distance_to_leading_vehicle TrafficManager.ignore_lights_percentage",
             "parameters of this simulator's own traffic; at 100 % below the limit a vehicle "
             "stopped")
-    car = cars[0]
-    ignored("accepted; traffic is always in step with the world and uses its seed", {
+    ignored("accepted; traffic plans one step in each frame, also with False", {
         "TrafficManager.set_synchronous_mode": lambda: manager.set_synchronous_mode(True),
-        "TrafficManager.set_hybrid_physics_mode": lambda: manager.set_hybrid_physics_mode(True),
-        "TrafficManager.set_hybrid_physics_radius":
-            lambda: manager.set_hybrid_physics_radius(50.0),
-        "TrafficManager.set_osm_mode": lambda: manager.set_osm_mode(True),
-        "TrafficManager.set_respawn_dormant_vehicles":
-            lambda: manager.set_respawn_dormant_vehicles(False),
-        "TrafficManager.set_boundaries_respawn_dormant_vehicles":
-            lambda: manager.set_boundaries_respawn_dormant_vehicles(25.0, 500.0),
     })
     for car in cars:
         car.set_autopilot(False, manager.get_port())
@@ -269,3 +262,135 @@ def autopilot(c):
     assert all(car.get_velocity().length() < 0.5 for car in cars)
     for car in cars:
         car.destroy()
+
+
+@check
+def several_managers(c):
+    first, second = (c.client.get_trafficmanager(port) for port in (8000, 8010))
+    assert (first.get_port(), second.get_port()) == (8000, 8010)
+    cars = [c.car() for _ in range(4)]
+    second.global_percentage_speed_difference(100.0)
+    second.vehicle_percentage_speed_difference(cars[3], 0.0)
+    for car, manager in zip(cars, (first, first, second, second)):
+        car.set_autopilot(True, manager.get_port())
+        manager.ignore_lights_percentage(car, 100.0)
+    starts = [car.get_location() for car in cars]
+    c.ticks(160)
+    moved = [car.get_location().distance(start) for car, start in zip(cars, starts)]
+    assert max(moved[:2]) > 5.0 and moved[2] < 1.0 and moved[3] > 5.0, moved
+    # The other one does not end what this one has begun.
+    cars[3].set_autopilot(False, first.get_port())
+    second.global_percentage_speed_difference(0.0)
+    c.ticks(100)
+    assert cars[2].get_location().distance(starts[2]) > 5.0
+    second.shut_down()
+    for car in cars:
+        car.apply_control(carla.VehicleControl(brake=1.0))
+    c.ticks(100)
+    speeds = [car.get_velocity().length() for car in cars]
+    assert max(speeds[2:]) < 0.2, speeds
+    works("TrafficManager.shut_down", "the vehicles of a second manager, on a port of its own, were no "
+          "longer driven; what it had set for all of its vehicles held for no others")
+    for car in cars:
+        car.destroy()
+
+
+@check
+def hybrid_physics(c):
+    """A push upwards lifts a vehicle off the ground, and has no effect on one without full physics."""
+    manager = c.client.get_trafficmanager(8000)
+    hero, car = c.car(role_name="hero"), c.car()
+    car.set_autopilot(True, manager.get_port())
+    manager.vehicle_percentage_speed_difference(car, 100.0)
+    c.ticks(20)
+
+    def rise():
+        before = car.get_location().z
+        car.add_impulse(carla.Vector3D(0.0, 0.0, 4.0 * car.get_physics_control().mass))
+        heights = []
+        for _ in range(8):
+            c.ticks(1)
+            heights.append(car.get_location().z - before)
+        c.ticks(30)
+        return max(heights)
+
+    assert rise() > 0.3
+    manager.set_hybrid_physics_radius(1.0)
+    manager.set_hybrid_physics_mode(True)
+    c.ticks(3)
+    assert rise() < 0.1
+    manager.set_hybrid_physics_radius(100000.0)
+    c.ticks(3)
+    assert rise() > 0.3
+    manager.set_hybrid_physics_radius(1.0)
+    c.ticks(3)
+    manager.set_hybrid_physics_mode(False)
+    c.ticks(3)
+    assert rise() > 0.3
+    differs("TrafficManager.set_hybrid_physics_mode TrafficManager.set_hybrid_physics_radius",
+            "beyond the radius of every hero, of every actor with sensors and of every vehicle that a "
+            "client drives, a kinematic model with the vehicle's own engine and brakes moved it")
+    car.destroy()
+    hero.destroy()
+    c.ticks(1)
+
+
+@check
+def respawn_of_dormant_vehicles(c):
+    manager = c.client.get_trafficmanager(8000)
+    hero, car = c.car(role_name="hero"), c.car()
+    while car.get_location().distance(hero.get_location()) < 120.0:
+        car.destroy()
+        car = c.car()
+    car.set_autopilot(True, manager.get_port())
+    manager.vehicle_percentage_speed_difference(car, 100.0)
+    manager.set_boundaries_respawn_dormant_vehicles(25.0, 100.0)
+    c.ticks(5)
+    away = lambda: car.get_location().distance(hero.get_location())
+    assert away() > 100.0, away()
+    manager.set_respawn_dormant_vehicles(True)
+    c.ticks(5)
+    assert 20.0 < away() < 105.0, away()
+    manager.set_respawn_dormant_vehicles(False)
+    differs("TrafficManager.set_respawn_dormant_vehicles "
+            "TrafficManager.set_boundaries_respawn_dormant_vehicles",
+            "maps are not loaded in parts: a vehicle of traffic beyond the upper boundary from every "
+            "hero continued at a free spawn point within the boundaries")
+    car.destroy()
+    hero.destroy()
+    c.ticks(1)
+
+
+@check
+def osm_mode(c):
+    """A road of 420 m whose lanes end without a successor."""
+    c.world = c.client.generate_opendrive_world(made_map.text())
+    update_context(c)
+    manager = c.client.get_trafficmanager(8000)
+
+    def drive():
+        """Returns whether a vehicle that drives to the end of the road is there at the end."""
+        start = c.map.get_waypoint_xodr(1, -2, made_map.LENGTH_M - 50.0).transform
+        start.location.z += 0.5
+        car = c.world.spawn_actor(c.library.find("vehicle.tesla.model3"), start)
+        car.set_autopilot(True, manager.get_port())
+        farthest, is_there = 0.0, True
+        for _ in range(400):
+            c.ticks(1)
+            is_there = c.world.get_snapshot().has_actor(car.id)
+            if not is_there:
+                break
+            farthest = max(farthest, car.get_location().x)
+        assert farthest > made_map.LENGTH_M - 16.0, farthest
+        if is_there:
+            car.destroy()
+            c.ticks(1)
+        return is_there
+
+    assert drive()
+    manager.set_osm_mode(True)
+    assert not drive()
+    manager.set_osm_mode(False)
+    differs("TrafficManager.set_osm_mode", "a vehicle of traffic that stopped where its lane ends "
+            "without a successor was removed; without it, it stayed, or turned round where a lane leads "
+            "back (CARLA removes it in both modes)")

@@ -156,7 +156,7 @@ def ackermann_control(c):
           "the settings were read as they were set")
     car.apply_ackermann_control(carla.VehicleAckermannControl(speed=3.0))
     c.ticks(160)
-    near(speed(car), 3.0, 0.5)
+    near(speed(car), 3.0, 0.7)
     car.apply_ackermann_control(carla.VehicleAckermannControl(speed=3.0, steer=0.2))
     c.ticks(10)
     angle = car.get_wheel_steer_angle(carla.VehicleWheelLocation.FL_Wheel)

@@ -73,7 +73,8 @@ def main(port, seconds, factor=0.0):
             down = world.cast_ray(at + carla.Location(z=1.0), at - carla.Location(z=3.0))
             solid = [hit for hit in down if hit.label in GROUND]
             assert solid, f"no ground below {at}"
-            below = solid[0]
+            # Litter counts as what it lies on.
+            below = next((hit for hit in solid if hit.label != LABELS.Static), solid[0])
             assert abs(below.location.z - at.z) < 0.4, f"{at} is not on {below.location}"
             if below.label in FINE:
                 continue

@@ -16,7 +16,8 @@
 //! - Each vehicle drives 5 km per hour, including all waiting.
 //! - No vehicle stays within 5 m of a place for more than 120 s, for whatever reason: a red light
 //!   counts too.
-//! - No vehicle is removed, teleported or overturned, and none touches another actor or an object.
+//! - No vehicle is removed, teleported or overturned, none touches another actor or an object, and none passes a
+//!   light that has been red for 0.2 s.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -33,7 +34,10 @@ struct Arguments {
     map: Option<String>,
     #[arg(long, default_value_t = 100)]
     vehicles: usize,
-    /// Simulated time.
+    /// Pedestrians on sidewalks.
+    #[arg(long, default_value_t = 0)]
+    walkers: usize,
+    /// Simulated time, in seconds.
     #[arg(long, default_value_t = 3600)]
     seconds: u32,
     #[arg(long, default_value_t = 1)]
@@ -41,13 +45,13 @@ struct Arguments {
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     #[arg(long)]
     sedans: bool,
-    /// Prints what these vehicles reckon with, twice a second.
+    /// Prints the plans of these vehicles, twice a second.
     #[arg(long, value_delimiter = ',')]
     watch: Vec<u32>,
     /// From when on, in simulated seconds.
     #[arg(long, default_value_t = 0)]
     watch_from: u32,
-    /// Writes here, as CSV, where everybody is and what for he waits, once a second.
+    /// Writes positions and reasons for waiting to this file, as CSV, once a second.
     #[arg(long)]
     trace: Option<std::path::PathBuf>,
 }
@@ -55,8 +59,8 @@ struct Arguments {
 fn main() {
     let arguments = Arguments::parse();
     let (name, network) = network(arguments.map.as_deref());
-    let cast =
-        Cast { vehicles: arguments.vehicles, seed: arguments.seed, sedans: arguments.sedans };
+    let Arguments { vehicles, walkers, seed, sedans, .. } = arguments;
+    let cast = Cast { vehicles, walkers, seed, sedans };
     let mut world = World::new(Arc::new(network), &cast);
     let mut trace = arguments.trace.as_deref().map(begin_trace);
     let begin_nanos = bus::clock::now_nanos();

@@ -17,6 +17,7 @@ mod carla_stopped;
 mod carla_wire;
 mod client;
 mod crash;
+mod demand;
 mod demo;
 mod draw;
 mod environment;

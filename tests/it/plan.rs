@@ -72,7 +72,7 @@ fn plan_in(folder: &Path) -> PathBuf {
     path
 }
 
-fn collect(plan: &Path, out: &Path, more: &[&str]) -> Child {
+pub(crate) fn collect(plan: &Path, out: &Path, more: &[&str]) -> Child {
     let mut command = omnibus();
     command.arg("collect").arg(plan).arg("--out").arg(out);
     command.args(["--device", "cpu"]).args(more);
@@ -80,7 +80,7 @@ fn collect(plan: &Path, out: &Path, more: &[&str]) -> Child {
 }
 
 /// Waits for a collection that ends well; returns what it printed.
-fn finish(child: Child) -> String {
+pub(crate) fn finish(child: Child) -> String {
     let output = child.wait_with_output().unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
@@ -106,7 +106,7 @@ fn files(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     found
 }
 
-fn assert_same(one: &Path, other: &Path) {
+pub(crate) fn assert_same(one: &Path, other: &Path) {
     let (one, other) = (files(one), files(other));
     let names = |set: &BTreeMap<PathBuf, Vec<u8>>| set.keys().cloned().collect::<Vec<_>>();
     assert_eq!(names(&one), names(&other));

@@ -151,7 +151,7 @@ fn while_ticking<T>(sim: &Sim, look: impl FnOnce() -> T) -> T {
 
 #[test]
 fn the_profile_of_a_running_simulator_names_the_slow_stage() {
-    for (slow, stage) in [("sensor-render:20000", "rendering"), ("traffic:20000", "traffic")] {
+    for (slow, stage) in [("sensor-render:40000", "rendering"), ("traffic:40000", "traffic")] {
         let sim = Sim::start_with(&[], &[("OMNIBUS_DELAY", slow)]);
         let found = profile_of(&sim, &["--frames", "30"]);
         assert_eq!(found["limit"]["stage"], stage, "{found}");

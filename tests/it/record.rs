@@ -6,9 +6,10 @@ use std::{
 };
 
 use ::record::Recording;
-use client_lib::{Client, Profile, Replay, Spawn};
+use client_lib::{Client, Profile, Replay, Spawn, TrafficParam, wire::camera};
+use glam::{Quat, Vec3};
 use omnibus::resimulate;
-use protocol::{ActorId, ActorState, Command, SetVelocity};
+use protocol::{ActorId, ActorState, Command, Pose, SetVelocity, output};
 use rustix::process::Signal;
 
 use crate::kit::{Scratch, Sim, eventually, is_soak, omnibus, small_map};
@@ -133,6 +134,50 @@ fn a_recording_equals_the_shown_states_and_can_be_simulated_again() {
             assert!(said.contains("300 frames shown as recorded, to the bit"), "{said}");
         }
     }
+}
+
+/// Vehicles near the car on which sensors are mounted during the recording have full physics.
+#[test]
+fn hybrid_physics_is_simulated_again() {
+    let scratch = Scratch::new();
+    let run = |is_hybrid: bool| {
+        let sim = Sim::start(&["--seed", "3"]);
+        let mut client = sim.ticker();
+        let places = client.spawn_points().unwrap();
+        let cars: Vec<ActorId> = places
+            .iter()
+            .step_by(3)
+            .filter_map(|place| {
+                client.spawn(Spawn::new("vehicle.tesla.model3", *place).autopilot()).ok()
+            })
+            .take(30)
+            .collect();
+        if is_hybrid {
+            let every = ActorId::NONE;
+            client.set_traffic_param(every, TrafficParam::HybridRadiusM(60.0)).unwrap();
+            client.set_traffic_param(every, TrafficParam::HybridPhysics(true)).unwrap();
+        }
+        let path = scratch.path().join(format!("{is_hybrid}.mcap"));
+        client.start_recorder(path.to_str().unwrap(), Profile::Inputs).unwrap();
+        let mut bundle = None;
+        for frame in 0..120 {
+            if frame == 60 {
+                let at = Pose::new(Vec3::Z * 2.0, Quat::IDENTITY);
+                let eye = camera("eye", at, 32, 24, 1.5, output::DEPTH);
+                bundle = Some(client.create_bundle("eye", cars[0], [eye], 2).unwrap());
+            }
+            client.tick().unwrap();
+        }
+        drop(bundle);
+        client.stop_recorder().unwrap();
+        let last = seen(&client);
+        sim.end();
+        let mut recording = Recording::open(&path).unwrap();
+        let told = resimulate(&mut recording, 0, u64::MAX).unwrap();
+        assert_eq!((told.frames, told.difference), (120, None), "hybrid: {is_hybrid}");
+        last
+    };
+    assert_ne!(run(true).actors, run(false).actors);
 }
 
 #[test]

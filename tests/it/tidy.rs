@@ -27,6 +27,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
     ("mapgen", &["mesh", "road"]),
     ("town", &["mapgen", "mesh", "road"]),
     ("walkable", &["mapgen", "mesh", "road", "town"]),
+    ("demand", &["mapgen", "mesh", "road"]),
     ("bake", &["mapgen", "mesh", "road", "town"]),
     (
         "sim-host",
@@ -81,6 +82,7 @@ const DIAGRAM: &[(&str, &[&str])] = &[
             "traffic",
             "sensor-render",
             "client-lib",
+            "demand",
             "carla-gateway",
             "foxglove",
             "image-file",
@@ -117,7 +119,6 @@ const OWNED: &[(&str, &str)] = &[
     ("ash", "sensor-render"),
     ("iceoryx2", "bus"),
     ("memmap2", "bake"),
-    ("quick-xml", "road"),
     ("socket2", "ros2"),
     ("axum", "view"),
     ("mozjpeg", "image-file"),

@@ -9,9 +9,11 @@ use std::sync::Arc;
 use glam::Vec3;
 use mesh::{Mesh, RandomStream, Tag};
 use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
-use road::{LanePoint, Network};
+use road::{LanePoint, LaneType, LaneTypes, Network};
 use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
 use traffic::{Planner, VehiclePlan};
+
+use crate::red_lights::RedLights;
 
 const DELTA_NANOS: u64 = 50_000_000;
 const DELTA_S: f32 = 0.05;
@@ -32,11 +34,13 @@ const BESIDE_M: f32 = 0.75;
 /// Resolution of that measurement. Metres.
 const BESIDE_STEP_M: f32 = 0.25;
 
-/// The vehicles of a run.
+/// The road users of a run.
 #[derive(Clone, Copy, Debug)]
 pub struct Cast {
     /// The requested number; as many are spawned as there is room for.
     pub vehicles: usize,
+    /// Pedestrians, as many as there is room for.
+    pub walkers: usize,
     /// The seed of scenery, traffic and spawn points.
     pub seed: u64,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
@@ -74,10 +78,17 @@ struct Record {
     toppled_s: f32,
 }
 
+/// Observations of one pedestrian.
+struct Walker {
+    id: ActorId,
+    walked_m: f32,
+    has_fallen: bool,
+}
+
 /// Two vehicles that touched, and what they planned with just before.
 struct Crash {
     time_s: f32,
-    who: (ActorId, ActorId),
+    pair: (ActorId, ActorId),
     impulse_ns: f32,
     story: Vec<String>,
 }
@@ -95,9 +106,13 @@ pub struct World {
     /// The last contact of each pair.
     touched_s: BTreeMap<(ActorId, ActorId), f32>,
     refused: usize,
+    walkers: Vec<Walker>,
+    red_lights: RedLights,
+    /// The time, the vehicle and the signal.
+    violations: Vec<(f32, ActorId, u32)>,
     teleports: usize,
     physics_nanos: u64,
-    mind_nanos: u64,
+    planner_nanos: u64,
 }
 
 impl World {
@@ -108,6 +123,9 @@ impl World {
             sim: Sim::new(&town, cast.seed),
             asphalt: asphalt(&town.mesh),
             planner: Planner::new(network.clone(), cast.seed),
+            red_lights: RedLights::new(&network),
+            walkers: Vec::new(),
+            violations: Vec::new(),
             network,
             vehicles_from: town.heads.len(),
             records: Vec::new(),
@@ -116,7 +134,7 @@ impl World {
             refused: 0,
             teleports: 0,
             physics_nanos: 0,
-            mind_nanos: 0,
+            planner_nanos: 0,
         };
         world.populate(cast);
         world
@@ -152,13 +170,34 @@ impl World {
                 Err(_) => self.refused += 1,
             }
         }
+        self.populate_sidewalks(cast, &mut random);
+    }
+
+    /// Spawns pedestrians on sidewalks, after the vehicles.
+    fn populate_sidewalks(&mut self, cast: &Cast, random: &mut RandomStream) {
+        let mut places = self.network.waypoints(1.5, LaneTypes::only(LaneType::Sidewalk));
+        let blueprints: Vec<_> =
+            town::catalogue().iter().filter(|b| b.id.starts_with("walker.")).collect();
+        while self.walkers.len() < cast.walkers && !places.is_empty() {
+            let place = places.swap_remove(random.below(places.len()));
+            let at = self.network.place(place);
+            let spawn = Spawn {
+                blueprint: Name::new(blueprints[random.below(blueprints.len())].id),
+                flags: flag::AUTOPILOT,
+                pose: Pose::level(at.position.as_vec3() + Vec3::Z, at.heading_rad as f32),
+                ..Spawn::default()
+            };
+            if let Ok(id) = self.sim.apply_world(&WorldCommand::Spawn(spawn)) {
+                self.walkers.push(Walker { id: ActorId(id), walked_m: 0.0, has_fallen: false });
+            }
+        }
     }
 
     /// Advances by one frame: traffic plans on the newest snapshot, and the simulation core steps.
     pub fn tick(&mut self) {
         let begin = bus::clock::now_nanos();
         self.planner.plan(DELTA_NANOS, self.sim.states(), &[]);
-        self.mind_nanos += bus::clock::now_nanos() - begin;
+        self.planner_nanos += bus::clock::now_nanos() - begin;
         self.look();
         let decision = Some(Decision { parts: self.planner.parts(&[]), hash: 0 });
         let begin = bus::clock::now_nanos();
@@ -178,10 +217,15 @@ impl World {
         for record in &mut self.records {
             record.lost_s += DELTA_S;
         }
+        self.red_lights.advance(&self.sim.states()[..from], DELTA_S);
         for vehicle_plan in self.planner.vehicle_plans() {
             let row = vehicle_plan.actor_id.0 as usize - 1 - from;
             let (record, actor) = (&mut self.records[row], &self.sim.states()[from + row]);
             record.lost_s -= DELTA_S;
+            let ahead_m = town::catalogue()[actor.blueprint as usize].half_extents_m.x;
+            if let Some(signal) = self.red_lights.follow(&vehicle_plan, ahead_m) {
+                self.violations.push((time_s, actor.actor_id, signal));
+            }
             let stands = vehicle_plan.is_free() && actor.velocity().length() < 0.2;
             record.idle_s = if stands { record.idle_s + DELTA_S } else { 0.0 };
             record.idle_longest_s = record.idle_longest_s.max(record.idle_s);
@@ -234,11 +278,16 @@ impl World {
                 }
             }
         }
+        for walker in &mut self.walkers {
+            let Some(actor) = self.sim.world().state(walker.id) else { continue };
+            walker.walked_m += actor.velocity().truncate().length() * DELTA_S;
+            walker.has_fallen |= actor.has(flag::FALLEN);
+        }
         for collision in self.sim.world().physics().collisions().to_vec() {
-            let who = (collision.actor, collision.other);
-            let last_s = self.touched_s.insert(who, time_s);
+            let pair = (collision.actor, collision.other);
+            let last_s = self.touched_s.insert(pair, time_s);
             if last_s.is_none_or(|last_s| time_s - last_s > SAME_CRASH_S) {
-                let both = [who.0, who.1];
+                let both = [pair.0, pair.1];
                 let story = self
                     .planner
                     .vehicle_plans()
@@ -246,7 +295,7 @@ impl World {
                     .map(|vehicle_plan| self.describe(&vehicle_plan))
                     .collect();
                 let impulse_ns = collision.impulse_ns.length();
-                self.crashes.push(Crash { time_s, who, impulse_ns, story });
+                self.crashes.push(Crash { time_s, pair, impulse_ns, story });
             }
         }
     }
@@ -258,12 +307,26 @@ impl World {
         }
     }
 
-    /// Writes a line for each light and vehicle.
+    /// Writes a line for each light, walker and vehicle.
     pub fn write(&self, trace: &mut BufWriter<File>) -> std::io::Result<()> {
         for light in &self.sim.states()[..self.vehicles_from] {
             let (at, phase) = (light.pose.position(), light.phase);
             let (time_s, id) = (self.time_s(), light.actor_id.0);
             writeln!(trace, "{time_s:.0},{id},{:.1},{:.1},,,,,,,,,,,,,,,{phase}", at.x, at.y)?;
+        }
+        for walker in &self.walkers {
+            let Some(actor) = self.sim.world().state(walker.id) else { continue };
+            let (at, ahead) = (actor.pose.position(), actor.pose.rotation() * Vec3::X);
+            writeln!(
+                trace,
+                "{:.0},{},{:.2},{:.2},{:.2},{:.2},,,,,,,,,,,walker,,",
+                self.time_s(),
+                walker.id.0,
+                at.x,
+                at.y,
+                ahead.y.atan2(ahead.x),
+                actor.velocity().truncate().length()
+            )?;
         }
         for o in self.planner.vehicle_plans() {
             let actor = &self.sim.states()[o.actor_id.0 as usize - 1];
@@ -347,7 +410,7 @@ impl World {
         let lost_s: f32 = records.iter().map(|r| r.lost_s).sum();
         let toppled = records.iter().filter(|r| r.toppled_s > 0.0).count();
         let longest = records.iter().map(|r| r.longest_s).fold(0.0, f32::max);
-        let with_statics = self.crashes.iter().filter(|c| c.who.1 == ActorId::NONE).count();
+        let with_statics = self.crashes.iter().filter(|c| c.pair.1 == ActorId::NONE).count();
         println!(
             "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, planner {:.0} us \
              a frame; hash {:016x}",
@@ -355,7 +418,7 @@ impl World {
             self.refused,
             self.time_s(),
             self.physics_nanos as f64 / 1e3 / frames as f64,
-            self.mind_nanos as f64 / 1e3 / frames as f64,
+            self.planner_nanos as f64 / 1e3 / frames as f64,
             self.sim.world().physics().hash(),
         );
         println!(
@@ -369,10 +432,22 @@ impl World {
             self.crashes.len() - with_statics,
             self.teleports,
         );
+        let fallen = self.walkers.iter().filter(|walker| walker.has_fallen).count();
+        let walked: f32 = self.walkers.iter().map(|walker| walker.walked_m).sum();
+        println!(
+            "{name}: {} walkers, mean speed {:.2} m/s, {fallen} have fallen; {} vehicles passed a red light",
+            self.walkers.len(),
+            walked / (self.time_s() * self.walkers.len().max(1) as f32),
+            self.violations.len()
+        );
+        for (time_s, id, signal) in self.violations.iter().take(10) {
+            println!("  {time_s:.1} s: {} passed signal {signal} at red", id.0);
+        }
         self.name_the_worst();
         straight >= FREE_SHARE_MIN
             && short + jams + toppled + self.teleports + self.crashes.len() == 0
-            && self.sim.world().physics().len() == records.len()
+            && self.violations.is_empty()
+            && self.sim.world().physics().len() == records.len() + self.walkers.len()
     }
 
     /// Returns the faults on a generated town, a sentence each: a vehicle leaves the road,
@@ -382,40 +457,42 @@ impl World {
     pub fn faults(&self) -> Vec<String> {
         let mut faults = Vec::new();
         for (row, record) in self.records.iter().enumerate() {
-            let who = format!("{} {}", self.vehicles_from + row + 1, record.blueprint);
+            let vehicle = format!("{} {}", self.vehicles_from + row + 1, record.blueprint);
             if record.beside_m > BESIDE_M {
                 faults.push(format!(
-                    "{who} was {:.2} m off the road at {:.0}, {:.0} s",
+                    "{vehicle} was {:.2} m off the road at {:.0}, {:.0} s",
                     record.beside_m, record.beside_at, record.beside_from_s
                 ));
             }
             if record.idle_longest_s > IDLE_MAX_S {
                 faults.push(format!(
-                    "{who} stood {:.0} s with its way free, at {:.0}",
+                    "{vehicle} stood {:.0} s with its way free, at {:.0}",
                     record.idle_longest_s, record.longest_at
                 ));
             }
             if record.anchored_s > BLOCKED_MAX_S {
                 faults.push(format!(
-                    "{who} is in one place for {:.0} s at the end, at {:.0}",
+                    "{vehicle} is in one place for {:.0} s at the end, at {:.0}",
                     record.anchored_s, record.anchor
                 ));
             }
             if record.toppled_s > 0.0 {
-                faults.push(format!("{who} toppled"));
+                faults.push(format!("{vehicle} toppled"));
             }
         }
-        for crash in self.crashes.iter().filter(|crash| crash.who.1 != ActorId::NONE) {
+        for crash in self.crashes.iter().filter(|crash| crash.pair.1 != ActorId::NONE) {
             faults.push(format!(
                 "{} and {} touched at {:.1} s, {:.0} Ns: {}",
-                crash.who.0.0,
-                crash.who.1.0,
+                crash.pair.0.0,
+                crash.pair.1.0,
                 crash.time_s,
                 crash.impulse_ns,
                 crash.story.join("; ")
             ));
         }
-        if self.teleports > 0 || self.sim.world().physics().len() != self.records.len() {
+        if self.teleports > 0
+            || self.sim.world().physics().len() != self.records.len() + self.walkers.len()
+        {
             faults.push(format!("{} were teleported or removed", self.teleports));
         }
         faults
@@ -423,7 +500,7 @@ impl World {
 
     /// Returns the number of contacts with static objects.
     pub fn brushes(&self) -> usize {
-        self.crashes.iter().filter(|crash| crash.who.1 == ActorId::NONE).count()
+        self.crashes.iter().filter(|crash| crash.pair.1 == ActorId::NONE).count()
     }
 
     /// Returns the number of vehicles, their total distance in metres, and the longest stay in one
@@ -450,7 +527,7 @@ impl World {
 
     fn name_the_worst(&self) {
         for crash in self.crashes.iter().take(20) {
-            let (first, second) = (crash.who.0.0, crash.who.1.0);
+            let (first, second) = (crash.pair.0.0, crash.pair.1.0);
             println!(
                 "  {:.1} s: {first} and {second} collide, {:.0} Ns",
                 crash.time_s, crash.impulse_ns

@@ -1,6 +1,7 @@
 //! Fixtures that scenarios and examples share.
 
 pub mod closed_loop;
+mod red_lights;
 
 /// The Rust blocks of the README and of `docs/`, compiled as doctests.
 #[cfg(doctest)]

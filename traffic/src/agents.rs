@@ -12,6 +12,9 @@ use crate::{
 /// Speed below which an obstacle stands, metres per second.
 const STANDING_MPS: f32 = 0.3;
 
+/// The bits of everything that decides which stretches of tracks an agent occupies.
+pub(crate) type PoseBits = [u32; 13];
+
 /// All agents of a snapshot as a structure of arrays, ascending by actor id.
 #[derive(Default)]
 pub(crate) struct Agents {
@@ -126,12 +129,20 @@ impl Agents {
     }
 
     /// Returns the bits of everything that decides which stretches of tracks the agent occupies.
-    pub(crate) fn pose_bits(&self, agent: usize) -> [u32; 13] {
+    pub(crate) fn pose_bits(&self, agent: usize) -> PoseBits {
         let [x, y, z] = self.position[agent].to_array();
         let [ahead_x, ahead_y] = self.forward[agent].to_array();
         let [to_x, to_y] = self.velocity[agent].to_array();
-        let Body { front_m, rear_m, half_width_m, wheelbase_m, max_steer_rad, cruise_speed_mps } =
-            self.body[agent];
+        // The class follows from the blueprint, as the other properties of the body do.
+        let Body {
+            front_m,
+            rear_m,
+            half_width_m,
+            wheelbase_m,
+            max_steer_rad,
+            cruise_speed_mps,
+            class: _,
+        } = self.body[agent];
         [
             x,
             y,

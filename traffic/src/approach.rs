@@ -3,7 +3,7 @@
 use road::{LaneIndex, Network, Signal};
 
 use crate::{
-    conflict::Conflicts,
+    conflict::{Conflict, Conflicts},
     roundabout,
     tracks::{NONE, Tracks},
 };
@@ -30,6 +30,9 @@ pub(crate) struct Approaches {
     pub(crate) sign: Vec<Sign>,
     /// Distance from the stop line to the start of the lane.
     pub(crate) line_m: Vec<f32>,
+    /// Arc length at which the last conflict area of the lane ends for a vehicle that is not wide, and
+    /// for a wide one; 0 without conflicts.
+    pub(crate) contested_m: Vec<[f32; 2]>,
     /// Whether a road with a higher speed limit crosses or joins here, to which this lane yields.
     pub(crate) minor: Vec<bool>,
     /// Whether another entry of the same junction has a traffic light.
@@ -46,6 +49,7 @@ impl Approaches {
             signal: vec![NONE; count],
             sign: vec![Sign::None; count],
             line_m: conflicts.setback_m.clone(),
+            contested_m: (0..count as u32).map(|lane| contested_m(conflicts, lane)).collect(),
             minor: vec![false; count],
             beside_signals: vec![false; count],
             midblock: Vec::new(),
@@ -132,6 +136,18 @@ impl Approaches {
             self.beside_signals[lane as usize] = lit[junction];
         }
     }
+}
+
+/// Returns where the last conflict area of a lane ends: see [`Approaches::contested_m`].
+fn contested_m(conflicts: &Conflicts, lane: u32) -> [f32; 2] {
+    let end_m = |conflict: &Conflict, wide: bool| {
+        let areas = [false, true].map(|other| conflict.between((wide, other)));
+        areas.into_iter().flatten().map(|area| area.own.1).fold(0.0, f32::max)
+    };
+    let of = |wide: bool| {
+        conflicts.of(lane).iter().map(|conflict| end_m(conflict, wide)).fold(0.0, f32::max)
+    };
+    [of(false), of(true)]
 }
 
 /// Returns the lanes of the next junction that are reached from a stop line, and the distance from

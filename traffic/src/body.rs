@@ -17,6 +17,19 @@ pub(crate) struct Body {
     pub(crate) max_steer_rad: f32,
     /// Estimate of the speed that the vehicle reaches soon.
     pub(crate) cruise_speed_mps: f32,
+    /// What kind of driver it has.
+    pub(crate) class: Class,
+}
+
+/// Classes of vehicles whose drivers differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Class {
+    /// A car or van.
+    Car,
+    Truck,
+    Bus,
+    Motorcycle,
+    Bicycle,
 }
 
 /// A mid-size car: assumed for blueprints that the catalogue does not contain.
@@ -27,7 +40,12 @@ pub(crate) const CAR: Body = Body {
     wheelbase_m: 2.8,
     max_steer_rad: 0.61,
     cruise_speed_mps: 40.0,
+    class: Class::Car,
 };
+
+const GRAVITY_MPS2: f32 = 9.81;
+/// Safety factor on the lateral force of tyres in the limit of braking: the rear tyres are unloaded.
+const CURVE_SHARE: f32 = 1.5;
 
 impl Body {
     /// Returns the distance between the bumpers.
@@ -70,6 +88,43 @@ impl Body {
         if self.half_width_m < 0.55 { 4.5 } else { 9.0 }
     }
 
+    /// Returns the slip angles of the front and the rear tyres for each m/s² of lateral acceleration,
+    /// in radians: the inverse cornering stiffness for each newton of load, suspension included, as
+    /// the physics assumes it for the class.
+    pub(crate) fn slip_radps2pm(&self) -> [f32; 2] {
+        let stiffness = match self.class {
+            Class::Car => [13.0, 20.0],
+            Class::Truck | Class::Bus => [8.5, 11.0],
+            Class::Motorcycle | Class::Bicycle => [21.0, 21.0],
+        };
+        stiffness.map(|of_axle: f32| 1.0 / (of_axle * GRAVITY_MPS2))
+    }
+
+    /// Returns the strongest braking that leaves the tyres the force for a lateral acceleration: both
+    /// together stay within a circle.
+    pub(crate) fn brake_max_mps2(&self, lateral_mps2: f32) -> f32 {
+        let most = self.tyre_mps2();
+        (most * most - (CURVE_SHARE * lateral_mps2).powi(2)).max(0.25 * most * most).sqrt()
+    }
+
+    /// Returns the radius of that circle, within the friction of the tyres. Two-wheelers, and light cars
+    /// without stability control, fall over or spin where others only slide.
+    fn tyre_mps2(&self) -> f32 {
+        match self.class {
+            Class::Car if self.wheelbase_m > 1.6 => 8.5,
+            _ => 6.5,
+        }
+    }
+
+    /// Returns the acceleration with which the vehicle starts at least.
+    pub(crate) fn least_accel_mps2(&self) -> f32 {
+        match self.class {
+            Class::Car | Class::Motorcycle => 1.2,
+            Class::Truck | Class::Bus => 0.7,
+            Class::Bicycle => 0.5,
+        }
+    }
+
     fn of(blueprint: &Blueprint) -> Body {
         let (half, center) = (blueprint.half_extents_m, blueprint.center_m);
         Body {
@@ -88,6 +143,13 @@ impl Body {
                 5.0
             } else {
                 CAR.cruise_speed_mps
+            },
+            class: match blueprint.base_type {
+                "truck" => Class::Truck,
+                "bus" => Class::Bus,
+                "motorcycle" => Class::Motorcycle,
+                "bicycle" => Class::Bicycle,
+                _ => Class::Car,
             },
         }
     }

@@ -3,7 +3,7 @@
 
 use crate::{
     constraint::JunctionConstraint, drivers::Driver, leader::Leader, tracks::Tracks,
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Deceleration for a lower speed limit or a curve ahead.
@@ -12,12 +12,18 @@ const ANTICIPATION_BRAKE_MPS2: f32 = 2.5;
 const STOP_BRAKE_MPS2: f32 = 2.0;
 /// Deceleration to a lower desired speed without anything ahead.
 const SLOW_DOWN_MPS2: f32 = 3.0;
+/// Rate at which a vehicle approaches a lower desired speed.
+pub(crate) const SLOW_DOWN_PER_S: f32 = 1.5;
 /// Exponent of the free acceleration (IDM parameter δ).
 const FREE_EXPONENT: i32 = 4;
 /// Maximum deceleration.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Distance from a stop line to the virtual standing leader behind it.
 const LINE_GAP_M: f32 = 0.6;
+/// What a lane that tapers leaves beside a vehicle that stops at its end.
+const TAPER_SPARE_M: f32 = 0.15;
+/// Longest taper that is searched, in metres.
+const TAPER_MAX_M: u32 = 60;
 /// Desired speed up to which a vehicle is to stand.
 pub(crate) const STANDSTILL_MPS: f32 = 0.1;
 
@@ -41,7 +47,7 @@ pub(crate) fn free_accel(speed: f32, desired: f32, driver: &Driver) -> f32 {
         let part = speed / desired;
         driver.accel_mps2 * (1.0 - part.powi(FREE_EXPONENT))
     } else {
-        (-1.5 * (speed - desired)).max(-SLOW_DOWN_MPS2)
+        (-SLOW_DOWN_PER_S * (speed - desired)).max(-SLOW_DOWN_MPS2)
     }
 }
 
@@ -50,6 +56,8 @@ pub(crate) fn free_accel(speed: f32, desired: f32, driver: &Driver) -> f32 {
 pub(crate) enum SpeedPolicy {
     /// Below the speed limit by this fraction; a negative fraction is above it.
     Reduced(f32),
+    /// This part of the speed limit, up to a speed in metres per second.
+    Own { factor: f32, top_mps: f32 },
     /// This speed in metres per second, whatever the limit is.
     Fixed(f32),
 }
@@ -59,6 +67,9 @@ impl SpeedPolicy {
     fn at(self, limit_mps: f32) -> f32 {
         match self {
             SpeedPolicy::Reduced(fraction) => limit_mps * (1.0 - fraction).max(0.0),
+            SpeedPolicy::Own { factor, top_mps } => {
+                (limit_mps * (1.0 - (1.0 - factor)).max(0.0)).min(top_mps)
+            }
             SpeedPolicy::Fixed(mps) => mps,
         }
     }
@@ -66,22 +77,21 @@ impl SpeedPolicy {
 
 /// Returns the speed that curves and speed limits ahead allow, metres per second.
 pub(crate) fn desired_speed(
-    vehicles: &VehicleTable,
-    row: usize,
+    vehicle: &Vehicle,
     tracks: &Tracks,
     speed: f32,
     policy: SpeedPolicy,
     curve_speed_factor: f32,
 ) -> f32 {
-    let lanes = vehicles.route[row].lanes();
+    let lanes = vehicle.route.lanes();
     let mut desired = policy.at(tracks.limit_mps[lanes[0] as usize]);
     // Looks ahead by the response time of the pedals.
-    let lookahead = vehicles.arc_m[row].max(0.0) + 0.4 * speed.max(0.0);
+    let lookahead = vehicle.arc_m.max(0.0) + 0.4 * speed.max(0.0);
     let length = tracks.length(lanes[0]);
     if lookahead < length {
         desired = desired.min(tracks.curve_speed_at(lanes[0], lookahead) * curve_speed_factor);
     }
-    let mut begins = length - vehicles.arc_m[row];
+    let mut begins = length - vehicle.arc_m;
     let horizon = speed * speed / (2.0 * ANTICIPATION_BRAKE_MPS2) + speed + 10.0;
     for &lane in &lanes[1..] {
         if begins > horizon {
@@ -99,12 +109,32 @@ pub(crate) fn desired_speed(
     desired
 }
 
-/// Returns the distance from the front bumper to the end of the known route.
-pub(crate) fn route_end(vehicles: &VehicleTable, row: usize, tracks: &Tracks, front_m: f32) -> f32 {
-    let route = &vehicles.route[row];
-    let before = route.lanes().len().saturating_sub(1);
-    let length: f32 = route.lanes()[..before].iter().map(|&lane| tracks.length(lane)).sum();
-    length + tracks.usable_m[route.last() as usize] - vehicles.arc_m[row] - front_m
+/// Returns the distance from the front bumper to the end of the known route, or infinity if it is
+/// farther than `within_m`.
+pub(crate) fn route_end(vehicle: &Vehicle, tracks: &Tracks, front_m: f32, within_m: f32) -> f32 {
+    let lanes = vehicle.route.lanes();
+    let before = lanes.len().saturating_sub(1);
+    let far_m = within_m + vehicle.arc_m + front_m + 1.0;
+    let mut length = 0.0;
+    for &lane in &lanes[..before] {
+        length += tracks.length(lane);
+        if length > far_m {
+            return f32::INFINITY;
+        }
+    }
+    let end_m = length + tracks.usable_m[vehicle.route.last() as usize] - vehicle.arc_m - front_m;
+    if end_m > within_m { f32::INFINITY } else { end_m }
+}
+
+/// Returns how far before the end of `lane` a vehicle of this width stops so that vehicles on the lane
+/// beside pass: it is longer than others where the lane tapers. 0 on lanes that continue.
+pub(crate) fn taper_m(tracks: &Tracks, lane: u32, half_width_m: f32) -> f32 {
+    if !tracks.next(lane).is_empty() {
+        return 0.0;
+    }
+    let (end_m, need_m) = (tracks.usable_m[lane as usize], half_width_m + TAPER_SPARE_M);
+    let is_wide = |back_m: &f32| tracks.half_width_at(lane, end_m - back_m) >= need_m;
+    (0..TAPER_MAX_M).map(|back_m| back_m as f32).find(is_wide).unwrap_or(0.0)
 }
 
 /// Returns the acceleration that speed, leader, junction and stop line together allow.

@@ -13,9 +13,9 @@ use glam::Vec3;
 use protocol::{RouteCommand, RouteStep, route_step};
 
 use crate::{
-    grid::Grid,
+    grid::{Grid, Pass},
     tracks::{NONE, TURN_RAD, Tracks},
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Lanes at most this much farther from a position than the nearest lane also count as passing it.
@@ -57,6 +57,16 @@ struct PlannedLane {
 pub(crate) struct ClientRoutes(Vec<ClientRoute>);
 
 impl ClientRoutes {
+    /// Returns whether no vehicle has a route.
+    pub(crate) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// Returns whether `actor` has a route.
+    pub(crate) fn has(&self, actor: u32) -> bool {
+        self.plan(actor).is_some()
+    }
+
     /// Adds the steps of a command, or replaces the route by them.
     pub(crate) fn apply(&mut self, command: &RouteCommand) {
         let actor = command.actor_id.0;
@@ -103,20 +113,13 @@ impl ClientRoutes {
 
     /// Advances the plan to the vehicle's lane, or makes a new plan if there is none. The drawn
     /// route beyond that lane is dropped, except what a reservation covers.
-    pub(crate) fn update(
-        &mut self,
-        vehicles: &mut VehicleTable,
-        row: usize,
-        tracks: &Tracks,
-        grid: &Grid,
-    ) {
-        let Ok(at) =
-            self.0.binary_search_by_key(&vehicles.id[row], |client_route| client_route.actor)
+    pub(crate) fn update(&mut self, vehicle: &mut Vehicle, tracks: &Tracks, grid: &Grid) {
+        let Ok(at) = self.0.binary_search_by_key(&vehicle.id, |client_route| client_route.actor)
         else {
             return;
         };
         let client_route = &mut self.0[at];
-        let lane = vehicles.route[row].lane();
+        let lane = vehicle.route.lane();
         // The plan may use the same lane again farther on.
         match client_route
             .plan
@@ -128,20 +131,19 @@ impl ClientRoutes {
                 let before =
                     client_route.plan.drain(..index).map(|unfinished| unfinished.done).sum::<u32>();
                 let own = &mut client_route.plan[0];
-                let has_arrived = vehicles.arc_m[row] >= own.until_m;
+                let has_arrived = vehicle.arc_m >= own.until_m;
                 let done = before + if has_arrived { std::mem::take(&mut own.done) } else { 0 };
                 client_route.steps.drain(..done as usize);
             }
             None => {
-                let passing = if vehicles.reservation[row] == 0 {
+                let passing = if vehicle.reservation == 0 {
                     1
                 } else {
-                    vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed)
-                        as usize
+                    vehicle.reservation_end.wrapping_sub(vehicle.route.lanes_passed) as usize
                 };
-                let kept = passing.clamp(1, vehicles.route[row].lanes().len());
-                vehicles.route[row].truncate(kept);
-                client_route.make_plan(vehicles.route[row].lanes(), tracks, grid);
+                let kept = passing.clamp(1, vehicle.route.lanes().len());
+                vehicle.route.truncate(kept);
+                client_route.make_plan(vehicle.route.lanes(), tracks, grid);
             }
         }
         if client_route.steps.is_empty() {
@@ -303,7 +305,7 @@ fn goals(step: &RouteStep, from: u32, tracks: &Tracks, grid: &Grid) -> BTreeSet<
 fn lanes_by(place: Vec3, tracks: &Tracks, grid: &Grid) -> BTreeSet<u32> {
     let flat = place.truncate();
     let mut near: Vec<(f32, u32)> = Vec::new();
-    for &(lane, hint_m) in grid.near(flat) {
+    for &Pass { lane, hint_m, .. } in grid.near(flat) {
         let projection = tracks.project(lane, flat, hint_m);
         let beyond = (projection.arc_m - projection.arc_m.clamp(0.0, tracks.length(lane))).abs();
         let above = ((tracks.at(lane, projection.arc_m).0.z - place.z).abs() - 2.0).max(0.0);

@@ -2,8 +2,8 @@
 //! line would report.
 
 use crate::{
-    agents::Agents, constraint::WaitReason, demand::Demand, junction::Junctions, map::Map,
-    occupancy::Occupancy, tracks::NONE, vehicle_table::VehicleTable,
+    agents::Agents, constraint::WaitReason, demand::Demand, grid::Pass, junction::Junctions,
+    map::Map, occupancy::Occupancy, spread::Spread, tracks::NONE, vehicle_table::VehicleTable,
 };
 
 /// Distance before the stop line from which a vehicle demands green.
@@ -25,14 +25,20 @@ pub(crate) fn count(
     agents: &Agents,
     occupancy: &Occupancy,
     junctions: &Junctions,
+    spread: Spread,
 ) {
     demand.reset(map.signals.cycles());
     if map.signals.cycles() == 0 {
         return;
     }
-    for row in (0..vehicles.id.len()).filter(|&row| vehicles.located[row] == 1) {
+    let mut calls = Vec::new();
+    spread.list(vehicles.len(), &mut calls, |row, calls| {
+        let vehicle = &vehicles[row];
+        if vehicle.located == 0 {
+            return;
+        }
         let speed = agents.speed(agents.driven[row] as usize);
-        for (&lane, &start_m) in vehicles.route[row].lanes().iter().zip(junctions.starts(row)) {
+        for (&lane, &start_m) in vehicle.route.lanes().iter().zip(junctions.starts(row)) {
             let line_m = start_m - map.approaches.line_m[lane as usize];
             if line_m > CALL_M {
                 break;
@@ -42,15 +48,18 @@ pub(crate) fn count(
                 // unless other phases would fill the exit again and again.
                 let moves = speed > STANDING_MPS
                     || matches!(junctions.waits[row], WaitReason::Conflict)
-                    || vehicles.wait_s[row] > PATIENCE_S;
-                add(demand, map, lane, line_m, speed, moves);
+                    || vehicle.wait_s > PATIENCE_S;
+                calls.push((lane, line_m, speed, moves));
                 break;
             }
         }
+    });
+    for (lane, line_m, speed, moves) in calls {
+        add(demand, map, lane, line_m, speed, moves);
     }
     // The routes of vehicles that clients drive are unknown: they demand every turn they may take.
     for agent in (0..agents.count()).filter(|&agent| agents.row[agent] == NONE) {
-        for &(lane, _) in map.grid.near(agents.position[agent].truncate()) {
+        for &Pass { lane, .. } in map.grid.near(agents.position[agent].truncate()) {
             let on = occupancy.on(lane).iter().find(|o| o.agent == agent as u32);
             let Some(on) = on.filter(|on| on.aligned > 0.7) else { continue };
             let left_m = map.tracks.length(lane) - on.front_m;

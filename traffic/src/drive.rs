@@ -12,11 +12,13 @@ use crate::{
     occupancy::Occupancy,
     passing, pedals, reaction, recover, route, steer,
     tracks::NONE,
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Delay between a decision and the middle of its effect: it acts in the next frame, for one frame.
 const DELAY_FRAMES: f32 = 1.0;
+/// Distance of the end of the route from which on a vehicle brakes for it.
+const END_M: f32 = 100.0;
 /// Delay of the steering system.
 const DELAY_STEERING_S: f32 = 0.05;
 
@@ -44,7 +46,7 @@ pub(crate) struct View<'a> {
 
 /// Returns the controls of the vehicle of a located row, without its lights.
 pub(crate) fn control(
-    vehicles: &mut VehicleTable,
+    vehicle: &mut Vehicle,
     row: usize,
     view: &View,
     delta_s: f32,
@@ -56,35 +58,32 @@ pub(crate) fn control(
 
     let delay_s = DELAY_FRAMES * delta_s + DELAY_STEERING_S;
     let (wheels, deviation) =
-        steer::steer(vehicles, row, tracks, agents, delay_s, view.offsets_left_m[row]);
+        steer::steer(vehicle, row, tracks, agents, delay_s, view.offsets_left_m[row]);
     let off_track = recover::is_off_track(&deviation);
 
     let mut leader = view.leaders[row];
-    if vehicles.shift_m[row] != 0.0 {
-        leader = leader_during_change(vehicles, row, view, leader);
+    if vehicle.shift_m != 0.0 {
+        leader = leader_during_change(vehicle, row, view, leader);
     }
     let mut constraint = view.constraints[row];
-    let end_m = car_following::route_end(vehicles, row, tracks, front_m);
-    if end_m < 100.0 {
-        let last = vehicles.route[row].last();
+    let end_m = car_following::route_end(vehicle, tracks, front_m, END_M);
+    if end_m < END_M {
+        let last = vehicle.route.last();
         let back = tracks.u_turn_lane[last as usize] != NONE;
-        let room_m = if back { route::U_TURN_ROOM_M } else { 1.0 };
+        let half_width_m = agents.body[agent].half_width_m;
+        let room_m = if back {
+            route::U_TURN_ROOM_M
+        } else {
+            1.0 + car_following::taper_m(tracks, last, half_width_m)
+        };
         constraint.stop_m = constraint.stop_m.min((end_m - room_m).max(0.0));
     }
-    stop_at_midblock_signals(
-        view.map,
-        vehicles,
-        row,
-        view.light_states,
-        front_m,
-        speed,
-        &mut constraint,
-    );
+    stop_at_midblock_signals(view.map, vehicle, view.light_states, front_m, speed, &mut constraint);
     let mut desired = view.desired_speeds[row];
     if off_track {
-        desired = desired.min(recover::OFF_TRACK_MPS);
+        desired = desired.min(recover::off_track_mps(speed));
     }
-    let gap_m = if passing::may_pull_out(vehicles, row, agents, &leader) {
+    let gap_m = if passing::may_pull_out(vehicle, agents, &leader) {
         view.gaps[row].max(passing::pull_out_m(&agents.body[agent]))
     } else {
         view.gaps[row]
@@ -92,25 +91,29 @@ pub(crate) fn control(
     let driver = &view.drivers[row];
     let leader_id = agents.id.get(leader.agent as usize).copied().unwrap_or(0);
     let noise = (view.seed, delta_s);
-    let seen = reaction::perceive(vehicles, row, leader, leader_id, speed, driver, noise);
+    let seen = reaction::perceive(vehicle, leader, leader_id, speed, driver, noise);
     let mut accel =
         car_following::accelerate(speed.max(0.0), desired, &seen, &constraint, gap_m, driver);
     if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
-        accel = accel.min(-3.0);
+        accel = accel.min(if speed < recover::FAST_MPS { -3.0 } else { -recover::FAST_BRAKE_MPS2 });
     }
+    let lateral_mps2 = speed * agents.yaw_rate[agent];
+    accel = accel.max(-agents.body[agent].brake_max_mps2(lateral_mps2));
 
+    // A vehicle whose driver is about to start is not stuck.
+    accel = reaction::start(vehicle, speed, accel, &leader, gap_m, driver, delta_s);
     let maneuver = if desired <= car_following::STANDSTILL_MPS {
-        recover::end(vehicles, row);
+        recover::end(vehicle);
         recover::Maneuver::Forward
     } else {
-        recover::decide(vehicles, row, agents, &deviation, &leader, accel, delta_s)
+        recover::decide(vehicle, row, agents, &deviation, &leader, accel, delta_s)
     };
     if maneuver == recover::Maneuver::Hold {
         accel = accel.min(-1.0);
     }
     if maneuver == recover::Maneuver::Reverse {
         let backward = -speed;
-        let mut accel_integral = vehicles.accel_integral[row];
+        let mut accel_integral = vehicle.accel_integral;
         let pressed = pedals::press(
             recover::reverse_accel(backward),
             -agents.acceleration[agent],
@@ -119,7 +122,7 @@ pub(crate) fn control(
             delta_s,
             &mut accel_integral,
         );
-        vehicles.accel_integral[row] = accel_integral;
+        vehicle.accel_integral = accel_integral;
         let angle = -wheels.clamp(-0.6, 0.6);
         return pedals_and_steering(
             pressed,
@@ -127,8 +130,7 @@ pub(crate) fn control(
             flag::REVERSE,
         );
     }
-    let accel = reaction::start(vehicles, row, speed, accel, driver, delta_s);
-    let mut accel_integral = vehicles.accel_integral[row];
+    let mut accel_integral = vehicle.accel_integral;
     let pressed = pedals::press(
         accel,
         agents.acceleration[agent],
@@ -137,24 +139,19 @@ pub(crate) fn control(
         delta_s,
         &mut accel_integral,
     );
-    vehicles.accel_integral[row] = accel_integral;
+    vehicle.accel_integral = accel_integral;
     pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
 }
 
 /// During a lane change, the leader on the lane that is left counts too, unless the vehicle
 /// will be clear of it.
-fn leader_during_change(
-    vehicles: &VehicleTable,
-    row: usize,
-    view: &View,
-    leader: Leader,
-) -> Leader {
-    let (tracks, full) = (&view.map.tracks, vehicles.shift_m[row]);
+fn leader_during_change(vehicle: &Vehicle, row: usize, view: &View, leader: Leader) -> Leader {
+    let (tracks, full) = (&view.map.tracks, vehicle.shift_m);
     let own = view.agents.driven[row];
     let body = view.agents.body[own as usize];
-    let mut begins = -vehicles.arc_m[row] - body.front_m;
-    for &lane in vehicles.route[row].lanes() {
-        if begins > vehicles.shift_over_m[row] {
+    let mut begins = -vehicle.arc_m - body.front_m;
+    for &lane in vehicle.route.lanes() {
+        if begins > vehicle.shift_over_m {
             break;
         }
         let index = lane as usize;
@@ -164,11 +161,11 @@ fn leader_during_change(
         }
         // Neighbouring lanes run side by side but may differ in length.
         let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
-        let from = if begins < 0.0 { vehicles.arc_m[row] * scale } else { f32::NEG_INFINITY };
-        let start = if begins < 0.0 { -vehicles.arc_m[row] * scale - body.front_m } else { begins };
+        let from = if begins < 0.0 { vehicle.arc_m * scale } else { f32::NEG_INFINITY };
+        let start = if begins < 0.0 { -vehicle.arc_m * scale - body.front_m } else { begins };
         let old = leader::first_ahead(view.occupancy, beside, own, start, from);
         if old.gap_m.is_finite() {
-            let (there, _) = route::shift_at(vehicles, row, old.gap_m.max(0.0));
+            let (there, _) = route::shift_at(vehicle, old.gap_m.max(0.0));
             let apart = full.abs() - there.abs();
             let clear = body.half_width_m + view.agents.body[old.agent as usize].half_width_m;
             return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };
@@ -181,8 +178,7 @@ fn leader_during_change(
 /// Adds stops before mid-block traffic lights.
 fn stop_at_midblock_signals(
     map: &Map,
-    vehicles: &VehicleTable,
-    row: usize,
+    vehicle: &Vehicle,
     light_states: &[u32],
     front_m: f32,
     speed: f32,
@@ -192,8 +188,8 @@ fn stop_at_midblock_signals(
     if midblock.is_empty() {
         return;
     }
-    let mut begins = -vehicles.arc_m[row] - front_m;
-    for &lane in vehicles.route[row].lanes() {
+    let mut begins = -vehicle.arc_m - front_m;
+    for &lane in vehicle.route.lanes() {
         if begins > 200.0 {
             return;
         }

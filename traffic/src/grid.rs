@@ -6,7 +6,7 @@ use bake::Parts;
 use bytemuck::{Pod, Zeroable, bytes_of, cast_slice};
 use glam::Vec2;
 
-use crate::tracks::Tracks;
+use crate::tracks::{Tracks, lookup::FlatPlace};
 
 /// Edge of a cell, metres; doubled on large maps until the number of cells is within bounds.
 const CELL_M: f32 = 4.0;
@@ -24,9 +24,24 @@ pub(crate) struct Grid {
     columns: usize,
     rows: usize,
     first: Vec<u32>,
-    /// Lane, and arc length of its sample nearest to the cell's centre. A lane that passes more
-    /// than once, as where a road crosses over itself, has one entry for each pass.
-    entries: Vec<(u32, f32)>,
+    /// A lane that passes more than once, as where a road crosses over itself, has one entry for each
+    /// pass.
+    entries: Vec<Pass>,
+}
+
+/// A lane that passes a cell: its sample nearest to the centre of the cell.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Pass {
+    pub(crate) lane: u32,
+    /// Arc length of the sample.
+    pub(crate) hint_m: f32,
+    /// The point of the track there.
+    pub(crate) place: FlatPlace,
+    /// 1 at the end of the track, −1 at its begin, else 0.
+    pub(crate) end: f32,
+    /// Bound on the curvature around the sample: see [`Tracks::bends`].
+    pub(crate) bend_per_m: f32,
 }
 
 /// The numbers of a [`Grid`] beside its lists.
@@ -45,19 +60,15 @@ impl Grid {
         let Grid { low, cell_m, columns, rows, first, entries } = self;
         let (columns, rows) = (*columns as u32, *rows as u32);
         let head = Head { low: *low, cell_m: *cell_m, columns, rows };
-        let entries: Vec<[u32; 2]> =
-            entries.iter().map(|(lane, arc_m)| [*lane, arc_m.to_bits()]).collect();
         let head = bytes_of(&head).to_vec();
-        vec![head.into(), cast_slice(first).into(), cast_slice(&entries).to_vec().into()]
+        vec![head.into(), cast_slice(first).into(), cast_slice(entries).into()]
     }
 
     /// Reads what [`Grid::parts`] gave; `None` if a part is missing or damaged.
     pub(crate) fn take(parts: &mut Parts) -> Option<Grid> {
         let Head { low, cell_m, columns, rows } = *parts.take::<Head>()?.first()?;
         let (columns, rows) = (columns as usize, rows as usize);
-        let first = parts.take()?;
-        let entries = parts.take::<[u32; 2]>()?.into_iter();
-        let entries = entries.map(|[lane, bits]| (lane, f32::from_bits(bits))).collect();
+        let (first, entries) = (parts.take()?, parts.take()?);
         Some(Grid { low, cell_m, columns, rows, first, entries })
     }
 
@@ -121,13 +132,22 @@ impl Grid {
         for cell in 0..columns * rows {
             grid.first[cell + 1] += grid.first[cell];
         }
-        grid.entries = found.into_iter().map(|(_, lane, _, arc_m)| (lane, arc_m)).collect();
+        let bends: Vec<Vec<f32>> = (0..tracks.count() as u32).map(|l| tracks.bends(l)).collect();
+        let pass = |(_, lane, _, hint_m): (u32, u32, f32, f32)| {
+            let bends = &bends[lane as usize];
+            let index = tracks.index_near(lane, hint_m);
+            let is_last = index + 1 == bends.len();
+            let end = if index == 0 { -1.0 } else { f32::from(u8::from(is_last)) };
+            let (place, bend_per_m) = (tracks.flat_at(lane, hint_m), bends[index]);
+            Pass { lane, hint_m, place, end, bend_per_m }
+        };
+        grid.entries = found.into_iter().map(pass).collect();
         grid
     }
 
-    /// Returns the tracks within [`REACH_M`] of `point`, and some a little farther: lane, and an
-    /// arc length near the point, once for each pass of the track. Ascending by lane.
-    pub(crate) fn near(&self, point: Vec2) -> &[(u32, f32)] {
+    /// Returns the tracks within [`REACH_M`] of `point`, and some a little farther, once for each pass
+    /// of the track. Ascending by lane.
+    pub(crate) fn near(&self, point: Vec2) -> &[Pass] {
         let at = (point - self.low) / self.cell_m;
         if !(at.x >= 0.0 && at.y >= 0.0) {
             return &[];

@@ -36,7 +36,7 @@ impl Junctions {
         reservations: &mut u64,
         view: &View,
     ) {
-        let count = vehicles.id.len();
+        let count = vehicles.len();
         self.constraints.clear();
         self.constraints.resize(count, JunctionConstraint::FREE);
         self.waits.clear();
@@ -48,16 +48,18 @@ impl Junctions {
         self.merges_behind.clear();
         self.merges_behind.resize(count, NONE);
         self.measure(vehicles, view);
-        self.requests.clear();
-        for row in 0..count {
-            if vehicles.located[row] == 1 {
-                expire(vehicles, row, view);
-                self.withdraw(vehicles, row, view);
-                if let Some(request) = self.request(vehicles, row, view) {
-                    self.requests.push(request);
-                }
+        let mut requests = std::mem::take(&mut self.requests_by_row);
+        view.spread.update_into(vehicles, &mut requests, |row, vehicle| {
+            if vehicle.located == 0 {
+                return None;
             }
-        }
+            expire(vehicle, row, view);
+            self.withdraw(vehicle, row, view);
+            self.request(vehicle, row, view)
+        });
+        self.requests.clear();
+        self.requests.extend(requests.iter().flatten());
+        self.requests_by_row = requests;
         self.list_presences(vehicles, view);
         self.sort_requests(vehicles, view);
         self.list_starving(vehicles, view);
@@ -72,11 +74,7 @@ impl Junctions {
             }
         }
         self.grant_exit_cycles(vehicles, reservations, view);
-        for row in 0..count {
-            if vehicles.reservation[row] != 0 {
-                self.give_way(vehicles, row, view);
-            }
-        }
+        self.give_way(vehicles, view);
         self.break_deadlocks(vehicles, reservations, view);
     }
 }

@@ -6,7 +6,7 @@ use protocol::{VehicleControl, Weather, flag, lamp};
 
 use crate::{
     tracks::{TURN_RAD, Tracks},
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Sun altitude below which the low beam is on, radians (15 degrees).
@@ -29,8 +29,7 @@ const PULLS_OUT_M: f32 = 1.2;
 
 /// Returns the lights of the vehicle of a row as bits of [`lamp`]; `mps` is its speed.
 pub(crate) fn lamps(
-    vehicles: &VehicleTable,
-    row: usize,
+    vehicle: &Vehicle,
     tracks: &Tracks,
     weather: &Weather,
     control: &VehicleControl,
@@ -52,7 +51,7 @@ pub(crate) fn lamps(
     if control.flags & flag::REVERSE != 0 {
         on |= lamp::REVERSE;
     }
-    on | match turn_side(vehicles, row, tracks, mps) {
+    on | match turn_side(vehicle, tracks, mps) {
         turn_side if turn_side > 0.0 => lamp::LEFT_BLINKER,
         turn_side if turn_side < 0.0 => lamp::RIGHT_BLINKER,
         _ => 0,
@@ -61,24 +60,24 @@ pub(crate) fn lamps(
 
 /// Returns the side to which the vehicle turns or changes lanes: positive left, negative right, 0
 /// neither.
-fn turn_side(vehicles: &VehicleTable, row: usize, tracks: &Tracks, mps: f32) -> f32 {
-    if vehicles.shift_m[row] != 0.0 {
+fn turn_side(vehicle: &Vehicle, tracks: &Tracks, mps: f32) -> f32 {
+    if vehicle.shift_m != 0.0 {
         // `shift_m` is where the change began, left of the lane that it goes to.
-        return -vehicles.shift_m[row];
+        return -vehicle.shift_m;
     }
-    if vehicles.pass_left_m[row].abs() > PULLS_OUT_M {
-        let (done_m, over_m) = (vehicles.pass_done_m[row], vehicles.pass_over_m[row]);
+    if vehicle.pass_left_m.abs() > PULLS_OUT_M {
+        let (done_m, over_m) = (vehicle.pass_done_m, vehicle.pass_over_m);
         if done_m < over_m {
-            return vehicles.pass_left_m[row];
+            return vehicle.pass_left_m;
         }
-        return if done_m < vehicles.pass_hold_m[row] { 0.0 } else { -vehicles.pass_left_m[row] };
+        return if done_m < vehicle.pass_hold_m { 0.0 } else { -vehicle.pass_left_m };
     }
-    if vehicles.u_turn[row] == 1 {
+    if vehicle.u_turn == 1 {
         return 1.0;
     }
     let reach_m = (INDICATE_S * mps).max(INDICATE_M);
-    let mut begins_m = -vehicles.arc_m[row];
-    for &lane in vehicles.route[row].lanes() {
+    let mut begins_m = -vehicle.arc_m;
+    for &lane in vehicle.route.lanes() {
         if begins_m > reach_m {
             return 0.0;
         }

@@ -5,6 +5,7 @@
 
 use crate::{
     agents::Agents,
+    body::Class,
     car_following::{free_accel, idm, route_end},
     client_route::ClientRoutes,
     drivers::Driver,
@@ -14,8 +15,9 @@ use crate::{
     params::{GAP_M, Params},
     random::{Purpose, unit},
     route,
+    spread::Spread,
     tracks::NONE,
-    vehicle_table::{Route, VehicleTable},
+    vehicle_table::{Route, Vehicle, VehicleTable},
 };
 
 /// Time between two decisions.
@@ -26,6 +28,8 @@ const COOLDOWN_S: f32 = 8.0;
 const SAFE_BRAKE_MPS2: f32 = 2.5;
 /// Changing threshold (MOBIL's Δa_th).
 const THRESHOLD_MPS2: f32 = 0.2;
+/// Distance to the end of a lane from which on a vehicle leaves it.
+const LANE_END_M: f32 = 250.0;
 /// Incentive to leave a lane that ends.
 const LANE_END_BONUS_MPS2: f32 = 4.0;
 /// Duration of a lane change.
@@ -56,6 +60,7 @@ pub(crate) struct View<'a> {
     pub(crate) drivers: &'a [Driver],
     pub(crate) seed: u64,
     pub(crate) delta_s: f32,
+    pub(crate) spread: Spread,
 }
 
 /// A stretch of a lane that a vehicle has claimed in this frame.
@@ -72,40 +77,58 @@ pub(crate) fn plan(
     client_routes: &mut ClientRoutes,
     view: &View,
 ) {
+    let mut motives = Vec::new();
+    view.spread.update_into(vehicles, &mut motives, |row, vehicle| {
+        // A claim of another vehicle can only forbid a change.
+        motive(vehicle, row, params, client_routes, view)
+            .filter(|motive| best(vehicle, row, *motive, view, &[]).is_some())
+    });
     let mut claims: Vec<Claim> = Vec::new();
-    for row in 0..vehicles.id.len() {
-        if vehicles.located[row] == 0 {
-            continue;
-        }
-        vehicles.change_cooldown_s[row] -= view.delta_s;
-        let is_moving_aside = vehicles.shift_m[row] != 0.0 || vehicles.passes_prop(row);
-        if is_moving_aside || vehicles.reservation[row] != 0 {
-            continue;
-        }
-        let id = vehicles.id[row];
-        let route_side =
-            client_routes.lane_change_side(id, vehicles.route[row].lane(), &view.map.tracks);
-        let motive = match (params.change_now(id), route_side) {
-            (0.0, Some(side)) if side != 0.0 => Motive::Route(side),
-            (0.0, _) if vehicles.change_cooldown_s[row] > 0.0 => continue,
-            (0.0, Some(_)) if passes_prop(vehicles, row, params, view) => Motive::Obstacle,
-            (0.0, Some(_)) => Motive::LaneEnd,
-            (0.0, None) => unguided_motive(vehicles, row, params, view),
-            (side, _) => Motive::Commanded(side),
-        };
-        if !matches!(motive, Motive::Commanded(_) | Motive::Route(_)) {
-            vehicles.change_cooldown_s[row] = DECISION_PERIOD_S;
-            vehicles.change_draws[row] = vehicles.change_draws[row].wrapping_add(1);
-        }
-        if let Some((lane, arc_m, left_m)) = best(vehicles, row, motive, view, &claims) {
+    for (row, motive) in motives.into_iter().enumerate() {
+        let Some(motive) = motive else { continue };
+        let vehicle = &mut vehicles[row];
+        if let Some((lane, arc_m, left_m)) = best(vehicle, row, motive, view, &claims) {
             if matches!(motive, Motive::Commanded(_)) {
-                params.clear_change_now(vehicles.id[row]);
+                params.clear_change_now(vehicle.id);
             }
             let body = view.agents.body[view.agents.driven[row] as usize];
             claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
-            begin(vehicles, row, client_routes, view, lane, arc_m, left_m);
+            begin(vehicle, row, client_routes, view, (lane, arc_m, left_m));
         }
     }
+}
+
+/// Returns why a vehicle would change lanes in this frame, and counts the decision.
+fn motive(
+    vehicle: &mut Vehicle,
+    row: usize,
+    params: &Params,
+    client_routes: &ClientRoutes,
+    view: &View,
+) -> Option<Motive> {
+    if vehicle.located == 0 {
+        return None;
+    }
+    vehicle.change_cooldown_s -= view.delta_s;
+    let is_moving_aside = vehicle.shift_m != 0.0 || vehicle.passes_prop();
+    if is_moving_aside || vehicle.reservation != 0 {
+        return None;
+    }
+    let id = vehicle.id;
+    let route_side = client_routes.lane_change_side(id, vehicle.route.lane(), &view.map.tracks);
+    let motive = match (params.change_now(id), route_side) {
+        (0.0, Some(side)) if side != 0.0 => Motive::Route(side),
+        (0.0, _) if vehicle.change_cooldown_s > 0.0 => return None,
+        (0.0, Some(_)) if passes_prop(vehicle, row, params, view) => Motive::Obstacle,
+        (0.0, Some(_)) => Motive::LaneEnd,
+        (0.0, None) => unguided_motive(vehicle, row, params, view),
+        (side, _) => Motive::Commanded(side),
+    };
+    if !matches!(motive, Motive::Commanded(_) | Motive::Route(_)) {
+        vehicle.change_cooldown_s = DECISION_PERIOD_S;
+        vehicle.change_draws = vehicle.change_draws.wrapping_add(1);
+    }
+    Some(motive)
 }
 
 /// Why to change lanes; sides are 1 for the left and -1 for the right.
@@ -137,21 +160,25 @@ impl Motive {
 }
 
 /// Returns whether a vehicle changes lanes to pass a prop that stands on its lane.
-fn passes_prop(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> bool {
+fn passes_prop(vehicle: &Vehicle, row: usize, params: &Params, view: &View) -> bool {
     let leader = &view.leaders[row];
     leader.gap_m < OBSTACLE_M
         && view.agents.is_standing_prop(leader.agent)
-        && params.changes_lanes(vehicles.id[row])
+        && params.changes_lanes(vehicle.id)
 }
 
 /// Returns the motive of a vehicle without a route or a command of a client.
-fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &View) -> Motive {
-    let id = vehicles.id[row];
-    if passes_prop(vehicles, row, params, view) {
+fn unguided_motive(vehicle: &Vehicle, row: usize, params: &Params, view: &View) -> Motive {
+    let id = vehicle.id;
+    if passes_prop(vehicle, row, params, view) {
         return Motive::Obstacle;
     }
+    if view.agents.body[view.agents.driven[row] as usize].class == Class::Bicycle {
+        let right = view.map.tracks.right[vehicle.route.lane() as usize];
+        return if right == NONE { Motive::LaneEnd } else { Motive::Random(-1.0) };
+    }
     for (probability, side) in params.random_changes(id).into_iter().zip([1.0, -1.0]) {
-        let nth = 2 * u64::from(vehicles.change_draws[row]) + u64::from(side > 0.0);
+        let nth = 2 * u64::from(vehicle.change_draws) + u64::from(side > 0.0);
         if probability > 0.0 && unit(view.seed, id, Purpose::RandomLaneChange, nth) < probability {
             return Motive::Random(side);
         }
@@ -162,7 +189,7 @@ fn unguided_motive(vehicles: &VehicleTable, row: usize, params: &Params, view: &
 /// Returns the lane to change to: its index, the arc length on it, and the lateral offset of the
 /// vehicle from it.
 fn best(
-    vehicles: &VehicleTable,
+    vehicle: &Vehicle,
     row: usize,
     motive: Motive,
     view: &View,
@@ -170,7 +197,7 @@ fn best(
 ) -> Option<(u32, f32, f32)> {
     let (tracks, agents) = (&view.map.tracks, view.agents);
     let agent = agents.driven[row] as usize;
-    let lane = vehicles.route[row].lane();
+    let lane = vehicle.route.lane();
     let speed = agents.speed(agent);
     let index = lane as usize;
     let sides = [tracks.left[index], tracks.right[index]];
@@ -178,7 +205,7 @@ fn best(
         return None;
     }
     // A vehicle that must leave a lane that ends ignores the markings.
-    let lane_ends = distance_to_end(vehicles, row, view) < 250.0;
+    let lane_ends = distance_to_end(vehicle, view) < LANE_END_M;
     if motive == Motive::LaneEnd && !lane_ends {
         return None;
     }
@@ -204,7 +231,7 @@ fn best(
         if side == NONE || side == lane || !allowed || !motive.takes(sign) {
             continue;
         }
-        let hint = vehicles.arc_m[row] * tracks.length(side) / tracks.length(lane).max(0.1);
+        let hint = vehicle.arc_m * tracks.length(side) / tracks.length(lane).max(0.1);
         let projection = tracks.project(side, agents.position[agent].truncate(), hint);
         // Enough of the lane must remain, and it must really run alongside.
         let room = clear_run(tracks, side, projection.arc_m);
@@ -328,17 +355,17 @@ fn accel(speed: f32, desired: f32, leader: &Leader, driver: &Driver) -> f32 {
 }
 
 /// Returns the distance to the end of a route that leads to a dead end, else infinity.
-fn distance_to_end(vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
+fn distance_to_end(vehicle: &Vehicle, view: &View) -> f32 {
     let tracks = &view.map.tracks;
-    let last = vehicles.route[row].last();
+    let last = vehicle.route.last();
     if tracks.endless[last as usize] {
         return f32::INFINITY;
     }
-    route_end(vehicles, row, tracks, 0.0)
+    route_end(vehicle, tracks, 0.0, LANE_END_M)
 }
 
 /// Returns the distance from `arc_m` to the next fork, junction or end.
-fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
+pub(crate) fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
     let mut run = tracks.length(lane) - arc_m;
     let mut at = lane;
     while run < 250.0 {
@@ -353,29 +380,27 @@ fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
 
 /// Begins a lane change.
 fn begin(
-    vehicles: &mut VehicleTable,
+    vehicle: &mut Vehicle,
     row: usize,
     client_routes: &mut ClientRoutes,
     view: &View,
-    lane: u32,
-    arc_m: f32,
-    left_m: f32,
+    (lane, arc_m, left_m): (u32, f32, f32),
 ) {
     let agent = view.agents.driven[row] as usize;
     let speed = view.agents.speed(agent).max(0.0);
-    let lanes_passed = vehicles.route[row].lanes_passed.wrapping_add(1);
-    vehicles.route[row] = Route::from_lane(lane, lanes_passed);
-    vehicles.arc_m[row] = arc_m;
-    vehicles.shift_m[row] = left_m;
-    vehicles.shift_done_m[row] = 0.0;
+    let lanes_passed = vehicle.route.lanes_passed.wrapping_add(1);
+    vehicle.route = Route::from_lane(lane, lanes_passed);
+    vehicle.arc_m = arc_m;
+    vehicle.shift_m = left_m;
+    vehicle.shift_done_m = 0.0;
     let over_m = (CHANGE_S * speed).max(CHANGE_M);
     let old = &view.leaders[row];
-    vehicles.shift_over_m[row] = if view.agents.is_standing_prop(old.agent) {
+    vehicle.shift_over_m = if view.agents.is_standing_prop(old.agent) {
         over_m.min(old.gap_m.max(PULL_OUT_M))
     } else {
         over_m
     };
-    vehicles.change_cooldown_s[row] = COOLDOWN_S;
-    client_routes.update(vehicles, row, &view.map.tracks, &view.map.grid);
-    route::extend(vehicles, row, client_routes, &view.map.tracks, view.load, view.seed);
+    vehicle.change_cooldown_s = COOLDOWN_S;
+    client_routes.update(vehicle, &view.map.tracks, &view.map.grid);
+    route::extend(vehicle, client_routes, &view.map.tracks, view.load, view.seed);
 }

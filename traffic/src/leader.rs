@@ -1,6 +1,6 @@
 //! The leader of a vehicle: the nearest agent ahead of it on its route.
 
-use crate::{agents::Agents, occupancy::Occupancy, tracks::Tracks, vehicle_table::VehicleTable};
+use crate::{agents::Agents, occupancy::Occupancy, tracks::Tracks, vehicle_table::Vehicle};
 
 /// The agent that a vehicle follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,7 +31,7 @@ impl Leader {
 /// An agent counts as ahead if its front is farther along: of two vehicles side by side in one
 /// lane, the one behind yields.
 pub(crate) fn leader(
-    vehicles: &VehicleTable,
+    vehicle: &Vehicle,
     row: usize,
     tracks: &Tracks,
     agents: &Agents,
@@ -39,14 +39,14 @@ pub(crate) fn leader(
     horizon_m: f32,
 ) -> Leader {
     let own = agents.driven[row];
-    let front = vehicles.arc_m[row] + agents.body[own as usize].front_m;
+    let front = vehicle.arc_m + agents.body[own as usize].front_m;
     let mut begins = -front;
     let mut found = Leader::NONE;
-    for (k, &lane) in vehicles.route[row].lanes().iter().enumerate() {
+    for (k, &lane) in vehicle.route.lanes().iter().enumerate() {
         if begins > horizon_m {
             break;
         }
-        let from = if k == 0 { vehicles.arc_m[row] } else { f32::NEG_INFINITY };
+        let from = if k == 0 { vehicle.arc_m } else { f32::NEG_INFINITY };
         found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
         if found.gap_m < begins + tracks.length(lane) - 10.0 {
             break;

@@ -7,10 +7,12 @@ use crate::{
     agents::Agents,
     body::Body,
     leader::Leader,
+    occupancy::Occupancy,
     route::{ahead, shift_at},
+    spread::Spread,
     steer::wide_offset_left,
     tracks::{NONE, Tracks},
-    vehicle_table::VehicleTable,
+    vehicle_table::{Vehicle, VehicleTable},
 };
 
 /// Clearance beside an obstacle.
@@ -27,8 +29,12 @@ const STEP_M: f32 = 1.0;
 const HORIZON_M: f32 = 45.0;
 /// Distance over which a vehicle returns to its line.
 const RETURN_M: f32 = 8.0;
+/// Distance over which the way of an oncoming wide vehicle is predicted.
+const ONCOMING_M: f32 = 30.0;
 /// A crossing agent faster than this will be gone.
 const STANDING_MPS: f32 = 1.5;
+/// An oncoming vehicle slower than this does not come nearer.
+const MOVING_MPS: f32 = 0.2;
 
 /// An agent in the swept path of the vehicle of a row.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +42,8 @@ pub(crate) struct Obstacle {
     pub(crate) row: usize,
     /// The agent as a leader on the same lane.
     pub(crate) leader: Leader,
+    /// Unit vector from the path of the vehicle towards the agent, across the path.
+    pub(crate) away: Vec2,
 }
 
 /// Returns the obstacles of one row in a list that is sorted by row.
@@ -81,19 +89,29 @@ impl Footprint {
 }
 
 /// Lists the agents that wide vehicles would touch if all others stood still, and the wide vehicles
-/// that others would touch.
+/// that others would touch, unless the vehicle ignores them. Sorted by row.
 pub(crate) fn find(
     vehicles: &VehicleTable,
     tracks: &Tracks,
     agents: &Agents,
+    occupancy: &Occupancy,
+    spread: Spread,
     found: &mut Vec<Obstacle>,
 ) {
-    found.clear();
-    for row in 0..vehicles.id.len() {
-        if vehicles.located[row] == 1 && vehicles.u_turn[row] == 0 {
+    spread.list(vehicles.len(), found, |row, found| {
+        if vehicles[row].located == 1 && vehicles[row].u_turn == 0 {
+            let begin = found.len();
             find_for(vehicles, row, tracks, agents, found);
+            let mut index = begin;
+            while index < found.len() {
+                if occupancy.reacts_to(agents.driven[row], found[index].leader.agent) {
+                    index += 1;
+                } else {
+                    found.remove(index);
+                }
+            }
         }
-    }
+    });
 }
 
 fn find_for(
@@ -107,10 +125,10 @@ fn find_for(
     let (body, position) = (&agents.body[own], agents.position[own]);
     let speed = agents.speed(own).max(0.0);
     // Beside a prop, a vehicle may be outside its lane.
-    let passes_prop = vehicles.passes_prop(row);
+    let passes_prop = vehicles[row].passes_prop();
     let wide = body.is_wide() || passes_prop;
     let is_patient =
-        vehicles.reservation_idle_s[row] <= PATIENCE_S && vehicles.reverse_count[row] == 0;
+        vehicles[row].reservation_idle_s <= PATIENCE_S && vehicles[row].reverse_count == 0;
     let margin_m = if is_patient { MARGIN_M } else { NARROW_M };
     let horizon_m = (0.25 * speed * speed + 2.0 * speed + 12.0)
         .max(if wide { HORIZON_M } else { 0.0 })
@@ -138,7 +156,7 @@ fn find_for(
             if passes && now.grown(PASSING_M).touches(place) {
                 let leader =
                     Leader { gap_m: 0.0, speed_mps: 0.0, agent: *other as u32, aligned: -1.0 };
-                found.push(Obstacle { row, leader });
+                found.push(Obstacle { row, leader, away: across(forward, to) });
             }
             to.dot(forward) > -2.0 && !beside
         })
@@ -147,10 +165,29 @@ fn find_for(
         return;
     }
 
+    // A wide vehicle stops before the way of an oncoming one to which it yields, and not only before the
+    // vehicle: in a bend both ways overlap.
+    let mut ways: Vec<(usize, Vec<Footprint>)> = Vec::new();
+    if wide && !passes_prop {
+        let yields = |other: &usize| yields_to_oncoming(vehicles, row, agents, *other);
+        let oncoming = near.iter().map(|(other, _)| *other).filter(yields);
+        ways.extend(oncoming.map(|other| (other, way_of(vehicles, other, tracks, agents))));
+    }
+
     let mut course = Course::new(vehicles, row, tracks, agents);
     for _ in 1..=(horizon_m / STEP_M) as usize {
         let place = course.step().grown(margin_m);
         let (ahead_m, forward) = (course.ahead_m, course.forward);
+        ways.retain(|(other, way)| {
+            let touched = way.iter().find(|footprint| place.touches(footprint));
+            if let Some(footprint) = touched {
+                let gap_m = ahead_m - STEP_M;
+                let leader = Leader { gap_m, speed_mps: 0.0, agent: *other as u32, aligned: -1.0 };
+                let away = across(forward, footprint.middle - place.middle);
+                found.push(Obstacle { row, leader, away });
+            }
+            touched.is_none()
+        });
         near.retain(|(other, footprint)| {
             if !place.touches(footprint) {
                 return true;
@@ -164,18 +201,48 @@ fn find_for(
                     agent: *other as u32,
                     aligned: agents.forward[*other].dot(forward),
                 };
-                found.push(Obstacle { row, leader });
+                let away = across(forward, footprint.middle - place.middle);
+                found.push(Obstacle { row, leader, away });
             }
             false
         });
     }
 }
 
+/// Returns whether a wide vehicle yields to another one that comes towards it and moves.
+fn yields_to_oncoming(vehicles: &VehicleTable, row: usize, agents: &Agents, other: usize) -> bool {
+    let other_row = agents.row[other];
+    let own = agents.driven[row] as usize;
+    agents.body[other].is_wide()
+        && other_row != NONE
+        && vehicles[other_row as usize].located == 1
+        && vehicles[other_row as usize].u_turn == 0
+        && agents.forward[own].dot(agents.forward[other]) < 0.3
+        && agents.velocity[other].length() > MOVING_MPS
+        && vehicles[row].id > agents.id[other]
+        && (vehicles[row].reservation == 0 && vehicles[other_row as usize].reservation == 0)
+}
+
+/// Returns the footprints of a vehicle along its route.
+fn way_of(
+    vehicles: &VehicleTable,
+    agent: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+) -> Vec<Footprint> {
+    let mut course = Course::new(vehicles, agents.row[agent] as usize, tracks, agents);
+    (0..(ONCOMING_M / STEP_M) as usize).map(|_| course.step()).collect()
+}
+
+/// Returns the unit vector across a path on the side of `to`.
+fn across(forward: Vec2, to: Vec2) -> Vec2 {
+    forward.perp() * forward.perp_dot(to).signum()
+}
+
 /// The footprints of a vehicle that drives along its route, one step after another: the tracking
 /// point follows the line of the vehicle, and the rear axle follows the tracking point.
 struct Course<'a> {
-    vehicles: &'a VehicleTable,
-    row: usize,
+    vehicle: &'a Vehicle,
     tracks: &'a Tracks,
     body: Body,
     cross_track: Vec2,
@@ -196,8 +263,15 @@ impl<'a> Course<'a> {
         let position = agents.position[own].truncate();
         let rear = position - forward * 0.5 * body.wheelbase_m;
         let cross_track = Vec2::ZERO;
-        let mut course =
-            Course { vehicles, row, tracks, body, cross_track, rear, forward, ahead_m: 0.0 };
+        let mut course = Course {
+            vehicle: &vehicles[row],
+            tracks,
+            body,
+            cross_track,
+            rear,
+            forward,
+            ahead_m: 0.0,
+        };
         course.cross_track = position + forward * body.tracking_point_m() - course.line(0.0);
         course
     }
@@ -205,9 +279,9 @@ impl<'a> Course<'a> {
     /// Returns the point that the tracking point aims at after `ahead_m` more metres.
     fn line(&self, ahead_m: f32) -> Vec2 {
         let ahead_m = self.body.tracking_point_m() + ahead_m;
-        let (lane, arc_m) = ahead(self.vehicles, self.row, self.tracks, ahead_m);
+        let (lane, arc_m) = ahead(self.vehicle, self.tracks, ahead_m);
         let (point, tangent, _) = self.tracks.at(lane, arc_m);
-        let left_m = shift_at(self.vehicles, self.row, ahead_m).0
+        let left_m = shift_at(self.vehicle, ahead_m).0
             + wide_offset_left(self.tracks, lane, arc_m, &self.body);
         point.truncate() + tangent.perp() * left_m
     }
@@ -299,7 +373,7 @@ fn passes(
         && oncoming
         && moves
         && agents.body[other].is_wide()
-        && vehicles.id[row] > agents.id[other]
+        && vehicles[row].id > agents.id[other]
 }
 
 /// Returns whether the route has turned away from the present heading.
@@ -320,11 +394,11 @@ fn matters(
     let other_row = agents.row[other] as usize;
     if oncoming && agents.row[other] != NONE && agents.body[other].is_wide() {
         // A vehicle without a reservation waits at a line: it does not go first, whatever its id.
-        if vehicles.wait_s[other_row] > PATIENCE_S && vehicles.reservation[other_row] == 0 {
+        if vehicles[other_row].wait_s > PATIENCE_S && vehicles[other_row].reservation == 0 {
             return false;
         }
         // Of two vehicles in each other's way, the one with the higher id waits.
-        return vehicles.id[row] > agents.id[other];
+        return vehicles[row].id > agents.id[other];
     }
     aligned > 0.7 || agents.velocity[other].length() < STANDING_MPS
 }

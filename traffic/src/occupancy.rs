@@ -1,28 +1,27 @@
 //! The stretches of tracks that agents occupy.
 
+use bytemuck::{Pod, Zeroable};
 use glam::Vec2;
 
 use crate::{
-    agents::Agents,
-    grid::{Grid, REACH_M},
+    agents::{Agents, PoseBits},
+    grid::{Grid, Pass, REACH_M},
     params::Params,
-    tracks::Tracks,
+    spread::Spread,
+    tracks::{HINT_M, NONE, Tracks, lookup::FlatPlace},
 };
 
 /// Half the width of the corridor along a track that must be free: half of a wide car, and a
 /// clearance.
 const CORRIDOR_M: f32 = 1.35;
-/// Distance along a track from a hint up to which the direction there tells whether an agent is near,
-/// metres, and the highest curvature that is reckoned with.
-const HINT_M: f32 = 5.0;
-const CURVATURE_MAX_PER_M: f32 = 0.15;
 /// Largest height difference between an agent and its track.
 const STOREY_M: f32 = 3.0;
 /// Largest distance at which parameters to ignore agents are evaluated.
 const IGNORE_RANGE_M: f32 = 300.0;
 
 /// The stretch of a track that an agent occupies.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
 pub(crate) struct Occupant {
     pub(crate) lane: u32,
     /// Index into the agents.
@@ -37,35 +36,36 @@ pub(crate) struct Occupant {
     pub(crate) aligned: f32,
 }
 
-/// All occupants, sorted by lane and by arc length of the rear.
+/// All occupants, those of a lane side by side and sorted by arc length of the rear.
 #[derive(Default)]
 pub(crate) struct Occupancy {
     list: Vec<Occupant>,
     /// By lane: begin and end of its occupants in the list.
     spans: Vec<(u32, u32)>,
+    /// Lanes that have occupants.
+    used: Vec<u32>,
     /// Pairs of a vehicle and an agent that it ignores; sorted.
     ignored: Vec<(u32, u32)>,
-    /// Occupants of stationary agents in this frame and in the frame before.
-    stationary: [Stationary; 2],
+    /// The occupants of all agents in this frame and in the frame before.
+    placed: [Placed; 2],
 }
 
-/// Results for stationary agents, which are the same in the next frame: id, the bits that decide,
-/// and the number of occupants of each.
+/// The occupants of agents, in the order of the agents. Those of a standing agent are the same in the
+/// next frame.
 #[derive(Default)]
-struct Stationary {
-    agents: Vec<(u32, [u32; 13], u32)>,
+struct Placed {
+    id: Vec<u32>,
+    /// By agent: the bits that decide which stretches it occupies, if it stands.
+    key: Vec<Option<PoseBits>>,
+    /// By agent: the index of its first occupant, and the number of all.
+    first: Vec<u32>,
     occupants: Vec<Occupant>,
 }
 
-impl Stationary {
-    fn add(&mut self, id: u32, key: [u32; 13], occupants: &[Occupant]) {
-        self.agents.push((id, key, occupants.len() as u32));
-        self.occupants.extend_from_slice(occupants);
-    }
-
-    fn clear(&mut self) {
-        self.agents.clear();
-        self.occupants.clear();
+impl Placed {
+    /// Returns the occupants of an agent.
+    fn of(&self, agent: usize) -> &[Occupant] {
+        &self.occupants[self.first[agent] as usize..self.first[agent + 1] as usize]
     }
 }
 
@@ -115,33 +115,58 @@ impl Occupancy {
         grid: &Grid,
         agents: &Agents,
         claims: &[(u32, u32, f32)],
+        spread: Spread,
     ) {
         self.spans.resize(tracks.count(), (0, 0));
-        for occupant in &self.list {
-            self.spans[occupant.lane as usize] = (0, 0);
+        for lane in self.used.drain(..) {
+            self.spans[lane as usize] = (0, 0);
         }
-        self.list.clear();
-        self.add_agents(tracks, grid, agents);
-        for &(agent, lane, arc_m) in claims {
+        self.place_agents(tracks, grid, agents, spread);
+        let claims = claims.iter().map(|&(agent, lane, arc_m)| {
             let index = agent as usize;
             let size = agents.body[index];
             let tangent = tracks.at(lane, arc_m).1;
-            self.list.push(Occupant {
+            Occupant {
                 lane,
                 agent,
                 rear_m: arc_m - size.rear_m,
                 front_m: arc_m + size.front_m,
                 speed_mps: agents.velocity[index].dot(tangent),
                 aligned: 1.0,
-            });
-        }
-        self.list.sort_unstable_by_key(|o| (o.lane, ordered(o.rear_m), o.agent));
-        let mut begin = 0;
-        for end in 1..=self.list.len() {
-            if end == self.list.len() || self.list[end].lane != self.list[begin].lane {
-                self.spans[self.list[begin].lane as usize] = (begin as u32, end as u32);
-                begin = end;
             }
+        });
+        let claims: Vec<Occupant> = claims.collect();
+        self.sort(&claims);
+    }
+
+    /// Sorts the occupants of agents and `claims` by lane, and those of a lane by arc length.
+    fn sort(&mut self, claims: &[Occupant]) {
+        let Occupancy { list, spans, used, placed: [placed, _], .. } = self;
+        let all = || placed.occupants.iter().chain(claims);
+        for occupant in all() {
+            let span = &mut spans[occupant.lane as usize];
+            if span.1 == 0 {
+                used.push(occupant.lane);
+            }
+            span.1 += 1;
+        }
+        let mut begin = 0;
+        for &lane in &*used {
+            let span = &mut spans[lane as usize];
+            let count = span.1;
+            *span = (begin, begin);
+            begin += count;
+        }
+        list.resize(begin as usize, Occupant::zeroed());
+        for occupant in all() {
+            let span = &mut spans[occupant.lane as usize];
+            list[span.1 as usize] = *occupant;
+            span.1 += 1;
+        }
+        for &lane in &*used {
+            let (begin, end) = spans[lane as usize];
+            // Equal ones are in the order of the agents, which no thread changes.
+            list[begin as usize..end as usize].sort_by_key(|o| (ordered(o.rear_m), o.agent));
         }
     }
 
@@ -151,64 +176,77 @@ impl Occupancy {
         &self.list[begin as usize..end as usize]
     }
 
-    /// Adds the stretches of all agents; those of standing agents are cached.
-    fn add_agents(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents) {
-        let [mut before, mut now] = std::mem::take(&mut self.stationary);
-        now.clear();
-        let (mut cached, mut cached_occupants) =
-            (before.agents.iter().peekable(), &before.occupants[..]);
-        for agent in 0..agents.count() {
-            if agents.velocity[agent] != Vec2::ZERO {
-                self.add_agent(tracks, grid, agents, agent);
+    /// Determines the stretches of all agents; those of standing agents are kept.
+    fn place_agents(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents, spread: Spread) {
+        let [before, mut now] = std::mem::take(&mut self.placed);
+        let rows_before = before.rows_of(&agents.id);
+        let stands = |agent: usize| agents.velocity[agent] == Vec2::ZERO;
+        let key = |agent: usize| stands(agent).then(|| agents.pose_bits(agent));
+        spread.map_into(agents.count(), &mut now.key, key);
+        let placed = (&mut now.occupants, &mut now.first);
+        spread.ragged(agents.count(), placed, |agent, occupants| {
+            let row = rows_before.as_ref().map_or(agent as u32, |rows| rows[agent]);
+            let key = &now.key[agent];
+            if key.is_some() && row != NONE && before.key[row as usize] == *key {
+                let agent = agent as u32;
+                let kept = before.of(row as usize).iter();
+                occupants.extend(kept.map(|kept| Occupant { agent, ..*kept }));
+            } else {
+                add_agent(tracks, grid, agents, agent, occupants);
+            }
+        });
+        now.id.clone_from(&agents.id);
+        self.placed = [now, before];
+    }
+}
+
+impl Placed {
+    /// Returns for each id the agent that it had in this frame, or [`NONE`]; nothing if all agents
+    /// are the same. Both lists ascend.
+    fn rows_of(&self, ids: &[u32]) -> Option<Vec<u32>> {
+        if self.id == ids {
+            return None;
+        }
+        let mut at = 0;
+        let rows = ids.iter().map(|&id| {
+            while self.id.get(at).is_some_and(|&other| other < id) {
+                at += 1;
+            }
+            if self.id.get(at) == Some(&id) { at as u32 } else { NONE }
+        });
+        Some(rows.collect())
+    }
+}
+
+/// Adds the stretches of one agent.
+fn add_agent(
+    tracks: &Tracks,
+    grid: &Grid,
+    agents: &Agents,
+    agent: usize,
+    occupants: &mut Vec<Occupant>,
+) {
+    let position = agents.position[agent];
+    let (flat, forward) = (position.truncate(), agents.forward[agent]);
+    let size = agents.body[agent];
+    let begin = occupants.len();
+    let reach = REACH_M - CORRIDOR_M - 0.5;
+    // A long vehicle is looked up at several points along it.
+    let points = (size.length_m() / (2.0 * reach)).ceil().max(1.0) as usize;
+    for point in 0..points {
+        let part = (point as f32 + 0.5) / points as f32;
+        let along = size.length_m() * part - size.rear_m;
+        let at = flat + forward * along;
+        for pass in grid.near(at) {
+            let lane = pass.lane;
+            let is_listed = points > 1 && occupants[begin..].iter().any(|o| o.lane == lane);
+            if is_listed {
                 continue;
             }
-            let (id, key) = (agents.id[agent], agents.pose_bits(agent));
-            let begin = self.list.len();
-            let mut is_cached = false;
-            // Both lists are sorted by id.
-            while let Some(&(other, cached_key, count)) = cached.next_if(|(other, ..)| *other <= id)
+            if let Some(occupant) = occupied_stretch(tracks, agents, agent, pass, at)
+                && (tracks.height_at(lane, occupant.rear_m) - position.z).abs() < STOREY_M
             {
-                let (first, rest) = cached_occupants.split_at(count as usize);
-                cached_occupants = rest;
-                if other == id && cached_key == key {
-                    let agent = agent as u32;
-                    self.list
-                        .extend(first.iter().map(|cached_key| Occupant { agent, ..*cached_key }));
-                    is_cached = true;
-                }
-            }
-            if !is_cached {
-                self.add_agent(tracks, grid, agents, agent);
-            }
-            now.add(id, key, &self.list[begin..]);
-        }
-        before.clear();
-        self.stationary = [now, before];
-    }
-
-    /// Adds the stretches of one agent.
-    fn add_agent(&mut self, tracks: &Tracks, grid: &Grid, agents: &Agents, agent: usize) {
-        let position = agents.position[agent];
-        let (flat, forward) = (position.truncate(), agents.forward[agent]);
-        let size = agents.body[agent];
-        let begin = self.list.len();
-        let reach = REACH_M - CORRIDOR_M - 0.5;
-        // A long vehicle is looked up at several points along it.
-        let points = (size.length_m() / (2.0 * reach)).ceil().max(1.0) as usize;
-        for point in 0..points {
-            let part = (point as f32 + 0.5) / points as f32;
-            let along = size.length_m() * part - size.rear_m;
-            let at = flat + forward * along;
-            for &(lane, hint_m) in grid.near(at) {
-                let is_listed = points > 1 && self.list[begin..].iter().any(|o| o.lane == lane);
-                if is_listed {
-                    continue;
-                }
-                if let Some(occupant) = occupied_stretch(tracks, agents, agent, lane, at, hint_m)
-                    && (tracks.at(lane, occupant.rear_m).0.z - position.z).abs() < STOREY_M
-                {
-                    self.list.push(occupant);
-                }
+                occupants.push(occupant);
             }
         }
     }
@@ -220,19 +258,22 @@ fn occupied_stretch(
     tracks: &Tracks,
     agents: &Agents,
     agent: usize,
-    lane: u32,
+    pass: &Pass,
     near: Vec2,
-    hint_m: f32,
 ) -> Option<Occupant> {
     // Most tracks around are too far away, which needs no exact projection.
-    let beside = tracks.beside_hint(lane, near, hint_m);
-    let off_m = beside.arc_m.abs();
-    let bend_m = CURVATURE_MAX_PER_M * off_m * (off_m + agents.body[agent].length_m());
-    let reach_m = reach_m(agents, agent, beside.tangent) + bend_m;
-    if off_m < HINT_M && beside.left_m.abs() > reach_m {
+    let size = agents.body[agent];
+    let FlatPlace { centre, tangent, .. } = pass.place;
+    let offset = near - centre;
+    let (along_m, left_m) = (tangent.dot(offset), tangent.perp_dot(offset));
+    let off_m = along_m.abs();
+    let is_beyond = pass.end * along_m > size.length_m() + size.half_width_m;
+    let bend_m = pass.bend_per_m * off_m * (off_m + size.length_m());
+    let reach_m = reach_m(agents, agent, tangent) + bend_m;
+    if is_beyond || (off_m < HINT_M && left_m.abs() > reach_m) {
         return None;
     }
-    exact_stretch(tracks, agents, agent, lane, near, hint_m)
+    exact_stretch(tracks, agents, agent, pass, near)
 }
 
 /// Returns how far beside a track of this direction an agent can be that covers its corridor.
@@ -247,12 +288,11 @@ fn exact_stretch(
     tracks: &Tracks,
     agents: &Agents,
     agent: usize,
-    lane: u32,
+    pass: &Pass,
     near: Vec2,
-    hint_m: f32,
 ) -> Option<Occupant> {
-    let size = agents.body[agent];
-    let projection = tracks.project(lane, near, hint_m);
+    let (size, lane) = (agents.body[agent], pass.lane);
+    let projection = tracks.project_from(lane, near, pass.hint_m, pass.place);
     let forward = agents.forward[agent];
     let (cos, sin) = (projection.tangent.dot(forward), projection.tangent.perp_dot(forward));
     if projection.left_m.abs() > reach_m(agents, agent, projection.tangent) {
@@ -344,9 +384,9 @@ mod tests {
                 let actor = ActorState { actor_id, kind, blueprint, pose, ..Default::default() };
                 agents.read(&[actor], &bodies);
                 let near = agents.position[0].truncate();
-                for &(lane, hint_m) in grid.near(near) {
-                    let exact = exact_stretch(&tracks, &agents, 0, lane, near, hint_m).is_some();
-                    let found = occupied_stretch(&tracks, &agents, 0, lane, near, hint_m).is_some();
+                for pass in grid.near(near) {
+                    let exact = exact_stretch(&tracks, &agents, 0, pass, near).is_some();
+                    let found = occupied_stretch(&tracks, &agents, 0, pass, near).is_some();
                     assert!(found || !exact, "lane {lane} at {near} {yaw}");
                     covered += usize::from(exact);
                     skipped += usize::from(!found);
@@ -382,8 +422,8 @@ mod tests {
         for frame in 0..6 {
             let (agents, fresh) = (&mut Agents::default(), &mut Occupancy::default());
             agents.read(&actors, &bodies);
-            kept.rebuild(&tracks, &grid, agents, &[]);
-            fresh.rebuild(&tracks, &grid, agents, &[]);
+            kept.rebuild(&tracks, &grid, agents, &[], Spread::Alone);
+            fresh.rebuild(&tracks, &grid, agents, &[], Spread::Alone);
             assert!(kept.list.len() >= actors.len() / 2, "half of the agents lie on the road");
             assert_eq!(format!("{:?}", kept.list), format!("{:?}", fresh.list), "frame {frame}");
             // Some agents move, one leaves, one is added.

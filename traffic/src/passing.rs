@@ -16,7 +16,7 @@ use crate::{
     route::ahead,
     steer::wide_offset_left,
     tracks::{NONE, Tracks},
-    vehicle_table::VehicleTable,
+    vehicle_table::{Vehicle, VehicleTable},
 };
 
 /// Highest speed of a vehicle that passes a prop.
@@ -69,13 +69,8 @@ pub(crate) struct View<'a> {
 
 /// Returns whether a vehicle keeps enough distance to its leader to pull out: a prop that it may
 /// pass.
-pub(crate) fn may_pull_out(
-    vehicles: &VehicleTable,
-    row: usize,
-    agents: &Agents,
-    leader: &Leader,
-) -> bool {
-    let is_aside = vehicles.shift_m[row] != 0.0 || vehicles.passes_prop(row);
+pub(crate) fn may_pull_out(vehicle: &Vehicle, agents: &Agents, leader: &Leader) -> bool {
+    let is_aside = vehicle.shift_m != 0.0 || vehicle.passes_prop();
     !is_aside && agents.is_standing_prop(leader.agent)
 }
 
@@ -91,9 +86,9 @@ pub(crate) fn passed_props(
     agents: &Agents,
 ) -> Vec<(u32, u32)> {
     let mut passed = Vec::new();
-    for row in (0..vehicles.id.len()).filter(|&row| vehicles.passes_prop(row)) {
+    for row in (0..vehicles.len()).filter(|&row| vehicles[row].passes_prop()) {
         let rest_m =
-            vehicles.pass_hold_m[row] + vehicles.pass_over_m[row] - vehicles.pass_done_m[row];
+            vehicles[row].pass_hold_m + vehicles[row].pass_over_m - vehicles[row].pass_done_m;
         let is_prop = |agent: usize| agents.is_standing_prop(agent as u32);
         let (clear, _) =
             obstacles::touched(vehicles, row, tracks, agents, rest_m, COURSE_M[1], is_prop);
@@ -104,7 +99,7 @@ pub(crate) fn passed_props(
 
 /// Begins to pass props, and counts the time of vehicles that wait behind one.
 pub(crate) fn plan(vehicles: &mut VehicleTable, view: &View) {
-    let rows = 0..vehicles.id.len();
+    let rows = 0..vehicles.len();
     let faces_prop = |row: usize| {
         let leader = &view.leaders[row];
         leader.gap_m < REACH_M && view.agents.is_standing_prop(leader.agent)
@@ -112,24 +107,24 @@ pub(crate) fn plan(vehicles: &mut VehicleTable, view: &View) {
     for row in rows.clone() {
         let speed = view.agents.speed(view.agents.driven[row] as usize);
         let is_near = view.leaders[row].gap_m < WAITING_GAP_M && speed.abs() < STANDING_MPS;
-        let waits = vehicles.located[row] == 1 && is_near && faces_prop(row);
-        vehicles.prop_wait_s[row] =
-            if waits { vehicles.prop_wait_s[row] + view.delta_s } else { 0.0 };
+        let waits = vehicles[row].located == 1 && is_near && faces_prop(row);
+        vehicles[row].prop_wait_s =
+            if waits { vehicles[row].prop_wait_s + view.delta_s } else { 0.0 };
     }
     for row in rows {
-        if vehicles.located[row] == 0 || !faces_prop(row) {
+        if vehicles[row].located == 0 || !faces_prop(row) {
             continue;
         }
-        if vehicles.passes_prop(row) && vehicles.prop_wait_s[row] >= STANDSTILL_S {
+        if vehicles[row].passes_prop() && vehicles[row].prop_wait_s >= STANDSTILL_S {
             // Another prop stands in the way since the pass began.
-            vehicles.end_pass(row);
+            vehicles[row].end_pass();
         }
-        let is_busy = vehicles.passes_prop(row)
-            || vehicles.shift_m[row] != 0.0
-            || vehicles.u_turn[row] == 1
-            || vehicles.reverse_s[row] != 0.0;
+        let is_busy = vehicles[row].passes_prop()
+            || vehicles[row].shift_m != 0.0
+            || vehicles[row].u_turn == 1
+            || vehicles[row].reverse_s != 0.0;
         if !is_busy && begin(vehicles, row, view) {
-            vehicles.prop_wait_s[row] = 0.0;
+            vehicles[row].prop_wait_s = 0.0;
         }
     }
 }
@@ -146,18 +141,18 @@ fn begin(vehicles: &mut VehicleTable, row: usize, view: &View) -> bool {
         && aim(vehicles, row, view, &props, left_m)
     {
         let stays = |agent: usize| stays(view.agents, agent);
-        let end_m = vehicles.pass_hold_m[row] + vehicles.pass_over_m[row];
-        let hold_m = vehicles.pass_hold_m[row];
+        let end_m = vehicles[row].pass_hold_m + vehicles[row].pass_over_m;
+        let hold_m = vehicles[row].pass_hold_m;
         if runs(vehicles, row, view, hold_m, |_| true) && clears(vehicles, row, view, end_m, stays)
         {
             return true;
         }
     }
-    vehicles.end_pass(row);
+    vehicles[row].end_pass();
     if let Some(left_m) = left_over_oncoming(vehicles, row, view, &body, &props)
         && aim(vehicles, row, view, &props, left_m)
     {
-        let end_m = vehicles.pass_hold_m[row] + vehicles.pass_over_m[row] + body.front_m;
+        let end_m = vehicles[row].pass_hold_m + vehicles[row].pass_over_m + body.front_m;
         let has_oncoming = |lane: u32| view.map.beside.oncoming[lane as usize] != NONE;
         if runs(vehicles, row, view, end_m, has_oncoming)
             && clears(vehicles, row, view, end_m, |_| true)
@@ -166,7 +161,7 @@ fn begin(vehicles: &mut VehicleTable, row: usize, view: &View) -> bool {
             return true;
         }
     }
-    vehicles.end_pass(row);
+    vehicles[row].end_pass();
     false
 }
 
@@ -182,7 +177,7 @@ fn left_within_lane(
     let tracks = &view.map.tracks;
     let mut room_m = [f32::INFINITY; 2];
     for at_m in [props.from_m, props.to_m] {
-        let (lane, arc_m) = ahead(vehicles, row, tracks, at_m);
+        let (lane, arc_m) = ahead(&vehicles[row], tracks, at_m);
         let half_m = tracks.half_width_at(lane, arc_m);
         let shoulders_m = view.map.beside.shoulders_m[lane as usize];
         room_m = [0, 1].map(|side| room_m[side].min(half_m + shoulders_m[side]));
@@ -209,15 +204,15 @@ fn left_over_oncoming(
     props: &Extent,
 ) -> Option<f32> {
     let (tracks, beside) = (&view.map.tracks, &view.map.beside);
-    let (lane, arc_m) = ahead(vehicles, row, tracks, props.from_m);
+    let (lane, arc_m) = ahead(&vehicles[row], tracks, props.from_m);
     let index = lane as usize;
     let oncoming = beside.oncoming[index];
-    let waited = vehicles.prop_wait_s[row] >= STANDSTILL_S;
+    let waited = vehicles[row].prop_wait_s >= STANDSTILL_S;
     let has_lane_beside = tracks.left[index] != NONE || tracks.right[index] != NONE;
     if oncoming == NONE
         || has_lane_beside
         || !(beside.may_cross[index] || waited)
-        || !view.params.changes_lanes(vehicles.id[row])
+        || !view.params.changes_lanes(vehicles[row].id)
     {
         return None;
     }
@@ -238,7 +233,7 @@ fn aim(vehicles: &mut VehicleTable, row: usize, view: &View, props: &Extent, lef
     let (body, speed) = (view.agents.body[agent], view.agents.speed(agent).max(0.0));
     let gap_m = props.from_m - body.front_m;
     let radius_m = body.wheelbase_m / (STEERING_PART * body.max_steer_rad).tan();
-    let (lane, arc_m) = ahead(vehicles, row, &view.map.tracks, props.from_m);
+    let (lane, arc_m) = ahead(&vehicles[row], &view.map.tracks, props.from_m);
     let left_m = left_m - wide_offset_left(&view.map.tracks, lane, arc_m, &body);
     // The highest curvature of a quintic blend is 5.77 times its height over the square of its
     // length.
@@ -249,10 +244,10 @@ fn aim(vehicles: &mut VehicleTable, row: usize, view: &View, props: &Extent, lef
     if gap_m < NEARLY * over_m || gap_m > ready_m {
         return false;
     }
-    vehicles.pass_left_m[row] = left_m;
-    vehicles.pass_done_m[row] = 0.0;
-    vehicles.pass_over_m[row] = over_m;
-    vehicles.pass_hold_m[row] =
+    vehicles[row].pass_left_m = left_m;
+    vehicles[row].pass_done_m = 0.0;
+    vehicles[row].pass_over_m = over_m;
+    vehicles[row].pass_hold_m =
         (props.to_m + body.rear_m + body.tracking_point_m() + 0.5).max(over_m);
     true
 }
@@ -267,8 +262,8 @@ fn runs(
     suit: impl Fn(u32) -> bool,
 ) -> bool {
     let tracks = &view.map.tracks;
-    let mut reach_m = -vehicles.arc_m[row];
-    for &lane in vehicles.route[row].lanes() {
+    let mut reach_m = -vehicles[row].arc_m;
+    for &lane in vehicles[row].route.lanes() {
         if tracks.in_zone(lane) || !suit(lane) {
             return false;
         }
@@ -304,11 +299,11 @@ fn no_vehicle_comes(vehicles: &VehicleTable, row: usize, view: &View, distance_m
     let speed = agents.speed(own as usize).clamp(0.0, SPEED_MPS);
     let duration_s =
         distance_m / SPEED_MPS + (SPEED_MPS - speed).powi(2) / (2.0 * ACCEL_MPS2 * SPEED_MPS);
-    let lane = vehicles.route[row].lane();
+    let lane = vehicles[row].route.lane();
     let oncoming = view.map.beside.oncoming[lane as usize];
     let limit_mps = 1.1 * tracks.limit_mps[oncoming as usize];
     let place = agents.position[own as usize].truncate();
-    let hint_m = tracks.length(oncoming) - vehicles.arc_m[row];
+    let hint_m = tracks.length(oncoming) - vehicles[row].arc_m;
     let here_m = tracks.project(oncoming, place, hint_m).arc_m;
     let reach_m = distance_m + limit_mps * duration_s + ONCOMING_GAP_M;
     let mut open = vec![(oncoming, here_m, reach_m)];
@@ -347,7 +342,9 @@ fn stays(agents: &Agents, agent: usize) -> bool {
 
 /// Returns whether the other vehicle stands behind a prop too, but not as long as this one.
 fn waits_longer(vehicles: &VehicleTable, row: usize, other: u32) -> bool {
-    let Some(&other_s) = vehicles.prop_wait_s.get(other as usize) else { return false };
-    let own_s = vehicles.prop_wait_s[row];
+    let Some(other_s) = vehicles.get(other as usize).map(|other| other.prop_wait_s) else {
+        return false;
+    };
+    let own_s = vehicles[row].prop_wait_s;
     other_s > 0.0 && (own_s > other_s || (own_s == other_s && row < other as usize))
 }

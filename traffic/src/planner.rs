@@ -12,14 +12,17 @@ use crate::{
     lamps, lane_change,
     leader::{self, Leader},
     map::{self, Map},
+    merging,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
     passing, pedals,
     prop_waits::{self, PropWait},
     route,
+    spread::{Spread, Threads},
     state::{PlannerState, RestoreError},
+    tracks::lookup::Memo,
     vehicle_plan::{IntendedMotion, VehiclePlan},
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
     walkers,
 };
 use bake::Cache;
@@ -42,12 +45,15 @@ pub struct Planner {
     lights: Vec<LightState>,
     scratch: Scratch,
     prop_waits: Vec<PropWait>,
+    threads: Threads,
 }
 
 /// Data of one frame; kept to reuse its allocations.
 #[derive(Default)]
 struct Scratch {
     agents: Agents,
+    /// By row: the projection of the vehicle onto its route.
+    memos: Vec<Memo>,
     occupancy: Occupancy,
     claims: Vec<(u32, u32, f32)>,
     obstacles: Vec<Obstacle>,
@@ -99,7 +105,15 @@ impl Planner {
 
     /// Returns a planner of the same map that has planned nothing, with another seed.
     pub fn restarted(&self, seed: u64) -> Planner {
-        Planner::of(Arc::clone(&self.map), seed)
+        let threads = self.threads.clone();
+        Planner { threads, ..Planner::of(Arc::clone(&self.map), seed) }
+    }
+
+    /// Plans in this number of threads from now on, where there are enough actors: 1 at first, 0 for
+    /// one per core that this process may use, but not more than 8. What is planned does not depend
+    /// on it.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.threads = Threads::new(threads);
     }
 
     pub(crate) fn of(map: Arc<Map>, seed: u64) -> Planner {
@@ -113,6 +127,7 @@ impl Planner {
             lights: Vec::new(),
             scratch: Scratch::default(),
             prop_waits: Vec::new(),
+            threads: Threads::new(1),
         }
     }
 
@@ -128,14 +143,20 @@ impl Planner {
             &sorted
         };
         self.apply(journal);
+        let threads = self.threads.clone();
+        threads.run(actors.len(), |spread| self.plan_frame(delta_nanos, actors, spread));
+    }
+
+    /// Plans on the snapshot of one frame, `spread` over threads.
+    fn plan_frame(&mut self, delta_nanos: u64, actors: &[ActorState], spread: Spread) {
         self.read(actors);
-        self.locate();
-        self.perceive();
+        self.locate(spread);
+        self.perceive(spread);
         self.show_lights(actors);
-        self.arbitrate(delta_nanos);
-        self.look_ahead();
-        self.change_lanes(delta_nanos);
-        self.drive(delta_nanos);
+        self.arbitrate(delta_nanos, spread);
+        self.look_ahead(spread);
+        self.change_lanes(delta_nanos, spread);
+        self.drive(delta_nanos, spread);
         self.lead(delta_nanos);
         prop_waits::find(
             &self.state.vehicles,
@@ -145,7 +166,7 @@ impl Planner {
             seconds(delta_nanos),
             &mut self.prop_waits,
         );
-        self.plan_lights(actors, delta_nanos);
+        self.plan_lights(actors, delta_nanos, spread);
     }
 
     /// Returns the controls of every vehicle on autopilot, ascending by actor id.
@@ -233,7 +254,7 @@ impl Planner {
     pub fn vehicle_plans(&self) -> impl Iterator<Item = VehiclePlan> + '_ {
         let vehicles = &self.state.vehicles;
         (0..self.controls().len())
-            .filter(|&row| vehicles.located[row] == 1)
+            .filter(|&row| vehicles[row].located == 1)
             .map(|row| self.vehicle_plan(row))
     }
 
@@ -241,31 +262,31 @@ impl Planner {
     fn vehicle_plan(&self, row: usize) -> VehiclePlan {
         let (vehicles, tracks, scratch) = (&self.state.vehicles, &self.map.tracks, &self.scratch);
         let (leader, constraint) = (&scratch.leaders[row], &scratch.junctions.constraints[row]);
-        let lane = vehicles.route[row].lane();
+        let lane = vehicles[row].route.lane();
         let agent = scratch.agents.driven[row] as usize;
         let tracking_point_m = scratch.agents.body[agent].tracking_point_m();
         let place = scratch.agents.position[agent].truncate()
             + scratch.agents.forward[agent] * tracking_point_m;
-        let (on, hint_m) = route::ahead(vehicles, row, tracks, tracking_point_m);
+        let (on, hint_m) = route::ahead(&vehicles[row], tracks, tracking_point_m);
         let left_m = tracks.project(on, place, hint_m).left_m;
         let id = |agent: u32| scratch.agents.id.get(agent as usize).copied();
         VehiclePlan {
-            actor_id: ActorId(vehicles.id[row]),
+            actor_id: ActorId(vehicles[row].id),
             lane: road::LaneIndex(lane),
-            along_m: vehicles.arc_m[row],
-            cross_track_error_m: left_m - route::shift_at(vehicles, row, tracking_point_m).0,
+            along_m: vehicles[row].arc_m,
+            cross_track_error_m: left_m - route::shift_at(&vehicles[row], tracking_point_m).0,
             limit_mps: tracks.limit_mps[lane as usize],
             desired_speed_mps: scratch.desired_speeds[row],
             leader: ActorId(id(leader.agent).unwrap_or(ActorId::NONE.0)),
             leader_m: leader.gap_m,
             stop_m: constraint.stop_m,
             merge_m: constraint.merge_leader_m,
-            reservation: vehicles.reservation[row],
-            waited_s: vehicles.wait_s[row],
+            reservation: vehicles[row].reservation,
+            waited_s: vehicles[row].wait_s,
             wait_reason: scratch.junctions.waits[row],
             blocker: ActorId(id(scratch.junctions.blocker(row)).unwrap_or(ActorId::NONE.0)),
-            reverses: vehicles.reverse_s[row] > 0.0,
-            is_turning_around: vehicles.u_turn[row] == 1,
+            reverses: vehicles[row].reverse_s > 0.0,
+            is_turning_around: vehicles[row].u_turn == 1,
         }
     }
 
@@ -292,7 +313,8 @@ impl Planner {
         self.state.vehicles.retain(&scratch.driven_ids);
         self.state.walkers.retain(agents.led.iter().map(|&agent| agents.id[agent as usize]));
         let params = &self.state.params;
-        scratch.drivers.update(&scratch.driven_ids, draws, params.driver_spread());
+        let class = |row: usize| agents.body[agents.driven[row] as usize].class;
+        scratch.drivers.update(&scratch.driven_ids, class, draws, params.driver_spread());
         let drivers = scratch.drivers.rows();
         let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
             column.clear();
@@ -302,7 +324,7 @@ impl Planner {
         let policy = |(&id, driver): (&u32, &Driver)| match params.speed_mps(id) {
             Some(mps) => SpeedPolicy::Fixed(mps),
             None if params.sets_speed(id) => SpeedPolicy::Reduced(params.speed_reduction(id)),
-            None => SpeedPolicy::Reduced(1.0 - driver.speed_factor),
+            None => SpeedPolicy::Own { factor: driver.speed_factor, top_mps: driver.top_mps },
         };
         scratch.speed_policies.extend(scratch.driven_ids.iter().zip(drivers).map(policy));
         param(&mut scratch.offsets_left_m, &|id| params.offset_left_m(id));
@@ -312,25 +334,32 @@ impl Planner {
     }
 
     /// Locates every vehicle on its route.
-    fn locate(&mut self) {
-        let (map, agents, draws) = (&self.map, &self.scratch.agents, self.random_seed());
+    fn locate(&mut self, spread: Spread) {
+        let (map, draws) = (&self.map, self.random_seed());
+        let Scratch { agents, memos, .. } = &mut self.scratch;
         let PlannerState { vehicles, client_routes, .. } = &mut self.state;
-        route::locate_all(vehicles, client_routes, &map.tracks, &map.grid, agents, draws);
+        route::locate_all(
+            vehicles,
+            client_routes,
+            &map.tracks,
+            &map.grid,
+            agents,
+            memos,
+            (draws, spread),
+        );
     }
 
     /// Determines which agents occupy which tracks and obstruct wide vehicles.
-    fn perceive(&mut self) {
+    fn perceive(&mut self, spread: Spread) {
         let draws = self.random_seed();
         let scratch = &mut self.scratch;
-        let vehicles = &self.state.vehicles;
-        scratch.claims.clear();
-        for row in (0..vehicles.id.len()).filter(|&row| claims_lane(vehicles, row)) {
-            scratch.claims.push((
-                scratch.agents.driven[row],
-                vehicles.route[row].lane(),
-                vehicles.arc_m[row],
-            ));
-        }
+        let (vehicles, agents) = (&self.state.vehicles, &scratch.agents);
+        spread.list(vehicles.len(), &mut scratch.claims, |row, claims| {
+            let vehicle = &vehicles[row];
+            if claims_lane(vehicle) {
+                claims.push((agents.driven[row], vehicle.route.lane(), vehicle.arc_m));
+            }
+        });
         let map = &self.map;
         scratch.walkers.clear();
         if !scratch.agents.led.is_empty() {
@@ -338,15 +367,13 @@ impl Planner {
             scratch.walkers.stand(ground, &scratch.agents);
             scratch.walkers.claims(ground, &scratch.agents, &mut scratch.claims);
         }
-        scratch.occupancy.apply_ignores(&scratch.agents, &self.state.params, draws);
-        let passed = passing::passed_props(vehicles, &map.tracks, &scratch.agents);
+        let agents = &scratch.agents;
+        scratch.occupancy.apply_ignores(agents, &self.state.params, draws);
+        let passed = passing::passed_props(vehicles, &map.tracks, agents);
         scratch.occupancy.ignore(&passed);
-        scratch.occupancy.rebuild(&map.tracks, &map.grid, &scratch.agents, &scratch.claims);
-        obstacles::find(vehicles, &map.tracks, &scratch.agents, &mut scratch.obstacles);
-        let (agents, occupancy) = (&scratch.agents, &scratch.occupancy);
-        scratch.obstacles.retain(|obstacle| {
-            occupancy.reacts_to(agents.driven[obstacle.row], obstacle.leader.agent)
-        });
+        scratch.occupancy.rebuild(&map.tracks, &map.grid, agents, &scratch.claims, spread);
+        let (occupancy, obstacles) = (&scratch.occupancy, &mut scratch.obstacles);
+        obstacles::find(vehicles, &map.tracks, agents, occupancy, spread, obstacles);
     }
 
     /// Reads the states of the lights from the snapshot; lights that are no actors show their plan.
@@ -362,7 +389,7 @@ impl Planner {
     }
 
     /// Grants reservations for junctions.
-    fn arbitrate(&mut self, delta_nanos: u64) {
+    fn arbitrate(&mut self, delta_nanos: u64, spread: Spread) {
         let draws = self.random_seed();
         let scratch = &mut self.scratch;
         let view = junction::View {
@@ -373,6 +400,7 @@ impl Planner {
             lights: &scratch.light_states,
             seed: draws,
             delta_s: seconds(delta_nanos),
+            spread,
             ignore_lights: &scratch.ignore_lights,
             ignore_signs: &scratch.ignore_signs,
         };
@@ -380,52 +408,41 @@ impl Planner {
     }
 
     /// Determines leader and desired speed of every vehicle.
-    fn look_ahead(&mut self) {
+    fn look_ahead(&mut self, spread: Spread) {
         let scratch = &mut self.scratch;
         let (vehicles, tracks) = (&self.state.vehicles, &self.map.tracks);
-        scratch.leaders.clear();
-        scratch.desired_speeds.clear();
-        for row in 0..vehicles.id.len() {
-            if vehicles.located[row] == 0 {
-                scratch.leaders.push(Leader::NONE);
-                scratch.desired_speeds.push(0.0);
-                continue;
+        let (agents, occupancy) = (&scratch.agents, &scratch.occupancy);
+        let policies = &scratch.speed_policies;
+        let results = (&mut scratch.desired_speeds, &mut scratch.leaders);
+        spread.map_into_pair(vehicles.len(), results, |row| {
+            let vehicle = &vehicles[row];
+            if vehicle.located == 0 {
+                return (0.0, Leader::NONE);
             }
-            let agent = scratch.agents.driven[row] as usize;
-            let speed = scratch.agents.speed(agent);
-            let curve_speed_factor = scratch.agents.body[agent].curve_speed_factor();
-            let mut desired = car_following::desired_speed(
-                vehicles,
-                row,
-                tracks,
-                speed,
-                scratch.speed_policies[row],
-                curve_speed_factor,
-            );
-            if vehicles.passes_prop(row) {
+            let agent = agents.driven[row] as usize;
+            let speed = agents.speed(agent);
+            let factor = agents.body[agent].curve_speed_factor();
+            let mut desired =
+                car_following::desired_speed(vehicle, tracks, speed, policies[row], factor);
+            if vehicle.passes_prop() {
                 desired = desired.min(passing::SPEED_MPS);
             }
-            scratch.desired_speeds.push(desired);
-            scratch.leaders.push(leader::leader(
-                vehicles,
-                row,
-                tracks,
-                &scratch.agents,
-                &scratch.occupancy,
-                30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed,
-            ));
-        }
+            let horizon_m = 30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed;
+            (desired, leader::leader(vehicle, row, tracks, agents, occupancy, horizon_m))
+        });
         for obstacle in &scratch.obstacles {
             let leader = &mut scratch.leaders[obstacle.row];
             *leader = leader.nearer(obstacle.leader);
         }
+        let constraints = &mut scratch.junctions.constraints;
+        merging::make_room(vehicles, tracks, agents, occupancy, &scratch.leaders, constraints);
     }
 
     /// Starts U-turns, passes of props and lane changes.
-    fn change_lanes(&mut self, delta_nanos: u64) {
+    fn change_lanes(&mut self, delta_nanos: u64, spread: Spread) {
         let scratch = &self.scratch;
-        for row in 0..self.state.vehicles.id.len() {
-            if self.state.vehicles.located[row] == 1 {
+        for row in 0..self.state.vehicles.len() {
+            if self.state.vehicles[row].located == 1 {
                 route::start_u_turn(
                     &mut self.state.vehicles,
                     row,
@@ -455,6 +472,7 @@ impl Planner {
             drivers: scratch.drivers.rows(),
             seed: self.random_seed(),
             delta_s: seconds(delta_nanos),
+            spread,
         };
         let PlannerState { vehicles, params, client_routes, .. } = &mut self.state;
         lane_change::plan(vehicles, params, client_routes, &view);
@@ -474,6 +492,7 @@ impl Planner {
             ground: self.map.walker_ground(),
             agents: &scratch.agents,
             occupancy: &scratch.occupancy,
+            obstacles: &scratch.obstacles,
             vehicles,
             params,
             light_states: &scratch.light_states,
@@ -486,12 +505,14 @@ impl Planner {
     }
 
     /// Turns the decisions into controls.
-    fn drive(&mut self, delta_nanos: u64) {
+    fn drive(&mut self, delta_nanos: u64, spread: Spread) {
         let seed = self.random_seed();
-        let (scratch, vehicles) = (&self.scratch, &mut self.state.vehicles);
+        let scratch = &self.scratch;
+        let PlannerState { vehicles, params, weather, .. } = &mut self.state;
+        let (map, agents) = (&self.map, &scratch.agents);
         let view = drive::View {
-            map: &self.map,
-            agents: &scratch.agents,
+            map,
+            agents,
             occupancy: &scratch.occupancy,
             light_states: &scratch.light_states,
             leaders: &scratch.leaders,
@@ -502,35 +523,25 @@ impl Planner {
             seed,
             gaps: &scratch.gaps,
         };
-        self.controls.clear();
-        for row in 0..vehicles.id.len() {
-            let control = if vehicles.located[row] == 1 {
-                drive::control(vehicles, row, &view, seconds(delta_nanos))
-            } else {
+        spread.update_into(vehicles, &mut self.controls, |row, vehicle| {
+            let actor_id = ActorId(vehicle.id);
+            if vehicle.located == 0 {
                 // The vehicle stands on a map without roads.
-                VehicleControl { brake: 1.0, ..VehicleControl::default() }
-            };
-            let actor_id = ActorId(vehicles.id[row]);
-            self.controls.push(VehicleControl { actor_id, ..control });
-        }
-        for row in 0..self.controls.len() {
-            self.controls[row].lamps = self.lamps(row, &self.controls[row]);
-        }
-    }
-
-    /// Returns the lights of a vehicle that switches them automatically.
-    fn lamps(&self, row: usize, control: &VehicleControl) -> u32 {
-        let PlannerState { vehicles, params, weather, .. } = &self.state;
-        if !params.lamps(vehicles.id[row]) || vehicles.located[row] == 0 {
-            return 0;
-        }
-        let agents = &self.scratch.agents;
-        let mps = agents.speed(agents.driven[row] as usize);
-        lamp::SWITCHED | lamps::lamps(vehicles, row, &self.map.tracks, weather, control, mps)
+                return VehicleControl { actor_id, brake: 1.0, ..VehicleControl::default() };
+            }
+            let control = drive::control(vehicle, row, &view, seconds(delta_nanos));
+            let mut control = VehicleControl { actor_id, ..control };
+            if params.lamps(vehicle.id) {
+                let mps = agents.speed(agents.driven[row] as usize);
+                let lit = lamps::lamps(vehicle, &map.tracks, weather, &control, mps);
+                control.lamps = lamp::SWITCHED | lit;
+            }
+            control
+        });
     }
 
     /// Advances the signal plan by one frame.
-    fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64) {
+    fn plan_lights(&mut self, actors: &[ActorState], delta_nanos: u64, spread: Spread) {
         let scratch = &mut self.scratch;
         detectors::count(
             &mut scratch.demand,
@@ -539,6 +550,7 @@ impl Planner {
             &scratch.agents,
             &scratch.occupancy,
             &scratch.junctions,
+            spread,
         );
         if !scratch.agents.led.is_empty() {
             scratch.walkers.call(&self.map, &mut scratch.demand);
@@ -553,8 +565,8 @@ impl Planner {
 }
 
 /// Returns whether a vehicle has claimed its lane though it may not be on it.
-fn claims_lane(vehicles: &VehicleTable, row: usize) -> bool {
-    vehicles.shift_m[row] != 0.0 || vehicles.passes_prop(row)
+fn claims_lane(vehicle: &Vehicle) -> bool {
+    vehicle.shift_m != 0.0 || vehicle.passes_prop()
 }
 
 fn seconds(nanos: u64) -> f32 {

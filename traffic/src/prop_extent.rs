@@ -74,8 +74,8 @@ fn extent(
         return None;
     }
     let distance_m = middle.distance(agents.position[own].truncate());
-    let mut begins_m = -vehicles.arc_m[row];
-    for &lane in vehicles.route[row].lanes() {
+    let mut begins_m = -vehicles[row].arc_m;
+    for &lane in vehicles[row].route.lanes() {
         if begins_m > REACH_M {
             return None;
         }

@@ -30,11 +30,11 @@ pub(crate) fn find(
 ) {
     found.clear();
     for (row, leader) in leaders.iter().enumerate() {
-        let waited_s = vehicles.prop_wait_s[row];
+        let waited_s = vehicles[row].prop_wait_s;
         if waited_s >= STANDSTILL_S && waited_s - delta_s < STANDSTILL_S {
-            let lane = vehicles.route[row].lane() as usize;
+            let lane = vehicles[row].route.lane() as usize;
             found.push(PropWait {
-                vehicle: vehicles.id[row],
+                vehicle: vehicles[row].id,
                 prop: agents.id[leader.agent as usize],
                 has_lane_beside: tracks.left[lane] != NONE || tracks.right[lane] != NONE,
             });

@@ -12,7 +12,7 @@ use crate::{
     drivers::Driver,
     leader::Leader,
     random::{Purpose, unit},
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Correlation time of the error of an estimated gap.
@@ -25,12 +25,15 @@ const ALERT: f32 = 0.7;
 const STANDING_MPS: f32 = 0.2;
 /// Target acceleration from which on a standing vehicle may drive.
 const GO_MPS2: f32 = 0.05;
+/// Gap up to which a vehicle stands in a queue behind its leader.
+const QUEUE_M: f32 = 8.0;
+/// A vehicle does not close up behind a standing leader by less than this.
+const CREEP_M: f32 = 0.25;
 
 /// Returns the leader of a located row as its driver perceives it. `id` is the leader's actor id;
 /// `speed` is that of the vehicle.
 pub(crate) fn perceive(
-    vehicles: &mut VehicleTable,
-    row: usize,
+    vehicle: &mut Vehicle,
     leader: Leader,
     id: u32,
     speed: f32,
@@ -38,91 +41,95 @@ pub(crate) fn perceive(
     (seed, delta_s): (u64, f32),
 ) -> Leader {
     if driver.gap_error > 0.0 {
-        let nth = u64::from(vehicles.error_draws[row]);
-        vehicles.error_draws[row] = vehicles.error_draws[row].wrapping_add(1);
+        let nth = u64::from(vehicle.error_draws);
+        vehicle.error_draws = vehicle.error_draws.wrapping_add(1);
         // Uniform with unit variance.
-        let draw = 12f32.sqrt() * (unit(seed, vehicles.id[row], Purpose::GapError, nth) - 0.5);
+        let draw = 12f32.sqrt() * (unit(seed, vehicle.id, Purpose::GapError, nth) - 0.5);
         let step = (delta_s / ERROR_S).min(1.0);
-        vehicles.gap_error[row] += -step * vehicles.gap_error[row] + (2.0 * step).sqrt() * draw;
+        vehicle.gap_error += -step * vehicle.gap_error + (2.0 * step).sqrt() * draw;
     }
     if !leader.gap_m.is_finite() {
-        vehicles.seen_leader[row] = 0;
+        vehicle.seen_leader = 0;
         return leader;
     }
     let closing = (speed - leader.speed_mps).max(0.0);
     let needed_mps2 = closing * closing / (2.0 * (leader.gap_m - 1.0).max(0.1));
     let is_alert = needed_mps2 > ALERT * driver.comfort_brake_mps2;
-    if vehicles.seen_leader[row] != id || is_alert {
-        vehicles.seen_leader[row] = id;
-        vehicles.seen_mps[row] = leader.speed_mps;
+    if vehicle.seen_leader != id || is_alert {
+        vehicle.seen_leader = id;
+        vehicle.seen_mps = leader.speed_mps;
     }
     let part = (delta_s / driver.reaction_s).min(1.0);
-    vehicles.seen_mps[row] += part * (leader.speed_mps - vehicles.seen_mps[row]);
+    vehicle.seen_mps += part * (leader.speed_mps - vehicle.seen_mps);
     if is_alert {
         return leader;
     }
     let share = (speed.abs() / ERROR_MPS).min(1.0);
-    let error = driver.gap_error * vehicles.gap_error[row].clamp(-2.0, 2.0) * share;
-    Leader { gap_m: leader.gap_m * (1.0 + error), speed_mps: vehicles.seen_mps[row], ..leader }
+    let error = driver.gap_error * vehicle.gap_error.clamp(-2.0, 2.0) * share;
+    Leader { gap_m: leader.gap_m * (1.0 + error), speed_mps: vehicle.seen_mps, ..leader }
 }
 
-/// Returns the target acceleration of a row: while it stands, not before the driver has had the time
-/// to start.
+/// Returns the target acceleration of a vehicle: while it stands, not before the driver has had the
+/// time to start. Behind a leader of a queue that time begins when the leader moves; `gap_m` is the
+/// gap that it keeps at a standstill.
 pub(crate) fn start(
-    vehicles: &mut VehicleTable,
-    row: usize,
+    vehicle: &mut Vehicle,
     speed: f32,
     accel: f32,
+    leader: &Leader,
+    gap_m: f32,
     driver: &Driver,
     delta_s: f32,
 ) -> f32 {
     if speed.abs() > STANDING_MPS {
-        vehicles.start_s[row] = driver.start_s;
+        vehicle.start_s = f32::INFINITY;
         return accel;
+    }
+    let is_behind = leader.gap_m < QUEUE_M && leader.speed_mps >= STANDING_MPS;
+    let leader_stands = leader.gap_m < gap_m + CREEP_M && leader.speed_mps < STANDING_MPS;
+    if leader_stands || (accel <= GO_MPS2 && !is_behind) {
+        vehicle.start_s = 0.0;
+        return accel.min(0.0);
     }
     if accel <= GO_MPS2 {
-        vehicles.start_s[row] = 0.0;
+        // The leader moves and the gap is still too small: the driver is ready meanwhile.
+        vehicle.start_s += delta_s;
         return accel;
     }
-    vehicles.start_s[row] += delta_s;
-    if vehicles.start_s[row] < driver.start_s { 0.0 } else { accel }
+    vehicle.start_s += delta_s;
+    let start_s = if is_behind { driver.follow_start_s } else { driver.start_s };
+    if vehicle.start_s < start_s { 0.0 } else { accel }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    fn one() -> VehicleTable {
-        let mut vehicles = VehicleTable::default();
-        vehicles.retain(&[1]);
-        vehicles
-    }
-
-    fn seen(vehicles: &mut VehicleTable, leader: Leader, driver: &Driver) -> Leader {
-        perceive(vehicles, 0, leader, 7, 10.0, driver, (1, 0.05))
+    fn seen(vehicle: &mut Vehicle, leader: Leader, driver: &Driver) -> Leader {
+        perceive(vehicle, leader, 7, 10.0, driver, (1, 0.05))
     }
 
     #[test]
     fn a_leader_is_seen_late_unless_it_is_dangerous() {
-        let mut vehicles = one();
+        let mut vehicle = Vehicle::new(1);
         let leader = |speed_mps: f32, gap_m: f32| Leader { gap_m, speed_mps, ..Leader::NONE };
         let driver = Driver { reaction_s: 1.0, ..Driver::MEDIAN };
-        assert_eq!(seen(&mut vehicles, leader(10.0, 20.0), &driver), leader(10.0, 20.0));
+        assert_eq!(seen(&mut vehicle, leader(10.0, 20.0), &driver), leader(10.0, 20.0));
         for _ in 0..20 {
-            seen(&mut vehicles, leader(8.0, 20.0), &driver);
+            seen(&mut vehicle, leader(8.0, 20.0), &driver);
         }
-        let after_a_second = seen(&mut vehicles, leader(8.0, 20.0), &driver).speed_mps;
+        let after_a_second = seen(&mut vehicle, leader(8.0, 20.0), &driver).speed_mps;
         assert!((8.6..8.8).contains(&after_a_second), "{after_a_second}");
-        assert_eq!(seen(&mut vehicles, leader(1.0, 10.0), &driver), leader(1.0, 10.0));
+        assert_eq!(seen(&mut vehicle, leader(1.0, 10.0), &driver), leader(1.0, 10.0));
     }
 
     #[test]
     fn the_error_of_a_gap_has_its_deviation_and_varies_slowly() {
-        let mut vehicles = one();
+        let mut vehicle = Vehicle::new(1);
         let driver = Driver { gap_error: 0.1, ..Driver::MEDIAN };
         let leader = Leader { gap_m: 20.0, speed_mps: 10.0, ..Leader::NONE };
         let errors: Vec<f32> =
-            (0..200_000).map(|_| seen(&mut vehicles, leader, &driver).gap_m / 20.0 - 1.0).collect();
+            (0..200_000).map(|_| seen(&mut vehicle, leader, &driver).gap_m / 20.0 - 1.0).collect();
         let deviation =
             (errors.iter().map(|error| error * error).sum::<f32>() / errors.len() as f32).sqrt();
         assert!((0.07..0.12).contains(&deviation), "{deviation}");
@@ -132,16 +139,24 @@ mod tests {
 
     #[test]
     fn a_standing_vehicle_starts_after_its_time() {
-        let mut vehicles = one();
+        let mut vehicle = Vehicle::new(1);
         let driver = Driver { start_s: 1.0, ..Driver::MEDIAN };
         let mut frames = 0;
-        while start(&mut vehicles, 0, 0.0, 1.5, &driver, 0.05) == 0.0 {
+        while start(&mut vehicle, 0.0, 1.5, &Leader::NONE, 2.0, &driver, 0.05) == 0.0 {
             frames += 1;
             assert!(frames < 100);
         }
         assert!((18..=20).contains(&frames), "{frames}");
-        assert_eq!(start(&mut vehicles, 0, 3.0, 1.5, &driver, 0.05), 1.5);
-        assert_eq!(start(&mut vehicles, 0, 0.0, -1.0, &driver, 0.05), -1.0, "a stop");
-        assert_eq!(start(&mut vehicles, 0, 0.0, 1.5, &driver, 0.05), 0.0, "and a start again");
+        assert_eq!(start(&mut vehicle, 3.0, 1.5, &Leader::NONE, 2.0, &driver, 0.05), 1.5);
+        assert_eq!(
+            start(&mut vehicle, 0.0, -1.0, &Leader::NONE, 2.0, &driver, 0.05),
+            -1.0,
+            "a stop"
+        );
+        assert_eq!(
+            start(&mut vehicle, 0.0, 1.5, &Leader::NONE, 2.0, &driver, 0.05),
+            0.0,
+            "and a start again"
+        );
     }
 }

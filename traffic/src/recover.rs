@@ -2,14 +2,22 @@
 
 use glam::Vec2;
 
-use crate::{agents::Agents, leader::Leader, steer::Deviation, vehicle_table::VehicleTable};
+use crate::{
+    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, steer::Deviation,
+    vehicle_table::Vehicle,
+};
 
 /// Cross-track error beyond which a vehicle is off its track.
 const CROSS_TRACK_MAX_M: f32 = 1.3;
 /// Heading error beyond which a vehicle is off its track.
 const HEADING_ERROR_MAX_RAD: f32 = 0.6;
 /// Speed limit of a vehicle off its track.
-pub(crate) const OFF_TRACK_MPS: f32 = 3.0;
+const OFF_TRACK_MPS: f32 = 3.0;
+/// Speed from which a vehicle off its track brakes by less: it is in a curve, or changes lanes, and
+/// would spin.
+pub(crate) const FAST_MPS: f32 = 12.0;
+/// By how much it brakes then.
+pub(crate) const FAST_BRAKE_MPS2: f32 = 1.0;
 /// Speed in reverse.
 const REVERSE_MPS: f32 = 1.5;
 /// Time at standstill after which a vehicle counts as stuck.
@@ -29,6 +37,11 @@ pub(crate) fn is_off_track(deviation: &Deviation) -> bool {
         || deviation.heading_rad.abs() > HEADING_ERROR_MAX_RAD
 }
 
+/// Returns the desired speed of a vehicle off its track.
+pub(crate) fn off_track_mps(speed: f32) -> f32 {
+    if speed < FAST_MPS { OFF_TRACK_MPS } else { speed - FAST_BRAKE_MPS2 / SLOW_DOWN_PER_S }
+}
+
 /// What a vehicle does in this frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Maneuver {
@@ -45,7 +58,7 @@ pub(crate) enum Maneuver {
 /// `accel` is the acceleration that car following returned. The patience of stuck vehicles depends
 /// on their ids, so that of two that block each other one goes first.
 pub(crate) fn decide(
-    vehicles: &mut VehicleTable,
+    vehicle: &mut Vehicle,
     row: usize,
     agents: &Agents,
     deviation: &Deviation,
@@ -55,36 +68,35 @@ pub(crate) fn decide(
 ) -> Maneuver {
     let agent = agents.driven[row] as usize;
     let speed = agents.speed(agent);
-    if vehicles.reverse_s[row] < 0.0 {
-        vehicles.reverse_s[row] = (vehicles.reverse_s[row] + delta_s).min(0.0);
+    if vehicle.reverse_s < 0.0 {
+        vehicle.reverse_s = (vehicle.reverse_s + delta_s).min(0.0);
         return Maneuver::Hold;
     }
-    if vehicles.reverse_s[row] > 0.0 {
-        vehicles.reverse_s[row] -= delta_s;
-        if vehicles.reverse_s[row] > 0.0 && is_free(agents, agent, -1.0, BEHIND_M) {
+    if vehicle.reverse_s > 0.0 {
+        vehicle.reverse_s -= delta_s;
+        if vehicle.reverse_s > 0.0 && is_free(agents, agent, -1.0, BEHIND_M) {
             return Maneuver::Reverse;
         }
-        vehicles.reverse_s[row] = -(HOLD_S + 2.0 * (vehicles.id[row] % 4) as f32);
+        vehicle.reverse_s = -(HOLD_S + 2.0 * (vehicle.id % 4) as f32);
         return Maneuver::Hold;
     }
     if speed > 2.0 {
-        vehicles.reverse_count[row] = 0;
+        vehicle.reverse_count = 0;
     }
     let accelerates = accel > 0.4;
     let blocked_askew = leader.gap_m < 2.5
         && (is_off_track(deviation) || leader.aligned < 0.7 || leader.gap_m < TOUCH_M)
         && agents.velocity[leader.agent as usize].length_squared() < 0.1;
     let stuck = speed.abs() < 0.25 && (accelerates || blocked_askew);
-    vehicles.stuck_s[row] = if stuck { vehicles.stuck_s[row] + delta_s } else { 0.0 };
-    let patience_s = PATIENCE_S
-        + (vehicles.id[row] % 5) as f32
-        + 2.0 * vehicles.reverse_count[row].min(5) as f32;
-    if vehicles.stuck_s[row] > patience_s {
-        vehicles.stuck_s[row] = 0.0;
+    vehicle.stuck_s = if stuck { vehicle.stuck_s + delta_s } else { 0.0 };
+    let patience_s =
+        PATIENCE_S + (vehicle.id % 5) as f32 + 2.0 * vehicle.reverse_count.min(5) as f32;
+    if vehicle.stuck_s > patience_s {
+        vehicle.stuck_s = 0.0;
         if is_free(agents, agent, -1.0, BEHIND_M) {
-            vehicles.reverse_s[row] = REVERSE_S;
-            vehicles.reverse_count[row] = vehicles.reverse_count[row].saturating_add(1);
-            vehicles.evasion_side[row] = side_away_from(agents, agent, leader);
+            vehicle.reverse_s = REVERSE_S;
+            vehicle.reverse_count = vehicle.reverse_count.saturating_add(1);
+            vehicle.evasion_side = side_away_from(agents, agent, leader);
             return Maneuver::Reverse;
         }
     }
@@ -92,8 +104,8 @@ pub(crate) fn decide(
 }
 
 /// Ends the recovery of a vehicle that is to stand.
-pub(crate) fn end(vehicles: &mut VehicleTable, row: usize) {
-    (vehicles.stuck_s[row], vehicles.reverse_s[row]) = (0.0, 0.0);
+pub(crate) fn end(vehicle: &mut Vehicle) {
+    (vehicle.stuck_s, vehicle.reverse_s) = (0.0, 0.0);
 }
 
 /// Returns the side on which the leader leaves more room: 1 left, −1 right.

@@ -3,11 +3,12 @@
 use crate::{
     agents::Agents,
     client_route::ClientRoutes,
-    grid::Grid,
+    grid::{Grid, Pass},
     occupancy::Occupancy,
     random::{Purpose, draw},
-    tracks::{NONE, Tracks},
-    vehicle_table::{Route, VehicleTable},
+    spread::Spread,
+    tracks::{NONE, Tracks, lookup::Memo},
+    vehicle_table::{Route, Vehicle, VehicleTable},
 };
 
 /// Least length of a route ahead, as far as lanes continue.
@@ -25,8 +26,8 @@ impl LaneLoad {
     /// Counts the vehicles of the table.
     pub(crate) fn count(vehicles: &VehicleTable, tracks: &Tracks) -> LaneLoad {
         let mut load = LaneLoad(vec![0; tracks.count()]);
-        for row in (0..vehicles.id.len()).filter(|&row| vehicles.located[row] == 1) {
-            load.0[vehicles.route[row].lane() as usize] += 1;
+        for row in (0..vehicles.len()).filter(|&row| vehicles[row].located == 1) {
+            load.0[vehicles[row].route.lane() as usize] += 1;
         }
         load
     }
@@ -56,73 +57,77 @@ pub(crate) fn locate_all(
     tracks: &Tracks,
     grid: &Grid,
     agents: &Agents,
-    seed: u64,
+    memos: &mut Vec<Memo>,
+    (seed, spread): (u64, Spread),
 ) {
+    memos.resize(vehicles.len(), Memo::default());
     let load = LaneLoad::count(vehicles, tracks);
-    for agent in 0..agents.count() {
-        let row = agents.row[agent];
-        if row == NONE {
-            continue;
+    spread.update_pairs(vehicles, memos, |row, vehicle, memo| {
+        let agent = agents.driven[row] as usize;
+        if vehicle.located == 1 && agents.flags[agent] & protocol::flag::TELEPORTED != 0 {
+            vehicle.reset();
         }
-        let row = row as usize;
-        if vehicles.located[row] == 1 && agents.flags[agent] & protocol::flag::TELEPORTED != 0 {
-            vehicles.reset(row);
+        if vehicle.located == 1 && !advance(vehicle, memo, tracks, agents, agent) {
+            clear_location(vehicle);
         }
-        if vehicles.located[row] == 1 && !advance(vehicles, row, tracks, agents, agent) {
-            clear_location(vehicles, row);
+        if vehicle.located == 0 {
+            locate(vehicle, tracks, grid, agents, agent);
         }
-        if vehicles.located[row] == 0 {
-            locate(vehicles, row, tracks, grid, agents, agent);
+        if vehicle.located == 1 && !client_routes.has(vehicle.id) {
+            extend(vehicle, client_routes, tracks, &load, seed);
         }
-        if vehicles.located[row] == 1 {
-            client_routes.update(vehicles, row, tracks, grid);
-            extend(vehicles, row, client_routes, tracks, &load, seed);
+    });
+    if client_routes.is_empty() {
+        return;
+    }
+    for vehicle in vehicles.iter_mut().filter(|vehicle| vehicle.located == 1) {
+        if client_routes.has(vehicle.id) {
+            client_routes.update(vehicle, tracks, grid);
+            extend(vehicle, client_routes, tracks, &load, seed);
         }
     }
 }
 
 /// Advances a row along its route; returns `false` if the vehicle is no longer on it.
 fn advance(
-    vehicles: &mut VehicleTable,
-    row: usize,
+    vehicle: &mut Vehicle,
+    memo: &mut Memo,
     tracks: &Tracks,
     agents: &Agents,
     agent: usize,
 ) -> bool {
     let position = agents.position[agent].truncate();
-    let before = (vehicles.route[row].lanes_passed, vehicles.arc_m[row]);
-    let mut projection =
-        tracks.project(vehicles.route[row].lane(), position, vehicles.arc_m[row] + 0.5);
+    let before = (vehicle.route.lanes_passed, vehicle.arc_m);
+    let mut projection = memo.project(tracks, vehicle.route.lane(), position, vehicle.arc_m + 0.5);
     let mut driven = projection.arc_m - before.1;
-    while projection.arc_m > tracks.length(vehicles.route[row].lane())
-        && vehicles.route[row].lanes().len() > 1
+    while projection.arc_m > tracks.length(vehicle.route.lane()) && vehicle.route.lanes().len() > 1
     {
-        let length = tracks.length(vehicles.route[row].lane());
-        vehicles.route[row].pop();
-        let next = vehicles.route[row].lane();
+        let length = tracks.length(vehicle.route.lane());
+        vehicle.route.pop();
+        let next = vehicle.route.lane();
         let on = tracks.project(next, position, (projection.arc_m - length).max(0.0));
         driven += (length + on.arc_m) - projection.arc_m;
         projection = on;
     }
-    vehicles.arc_m[row] = projection.arc_m;
-    if vehicles.shift_m[row] != 0.0 {
-        vehicles.shift_done_m[row] += driven.max(0.0);
-        if vehicles.shift_done_m[row] >= vehicles.shift_over_m[row] {
-            vehicles.shift_m[row] = 0.0;
-            vehicles.shift_done_m[row] = 0.0;
-            vehicles.shift_over_m[row] = 0.0;
+    vehicle.arc_m = projection.arc_m;
+    if vehicle.shift_m != 0.0 {
+        vehicle.shift_done_m += driven.max(0.0);
+        if vehicle.shift_done_m >= vehicle.shift_over_m {
+            vehicle.shift_m = 0.0;
+            vehicle.shift_done_m = 0.0;
+            vehicle.shift_over_m = 0.0;
         }
     }
-    if vehicles.passes_prop(row) {
-        vehicles.pass_done_m[row] = (vehicles.pass_done_m[row] + driven).max(0.0);
-        if vehicles.pass_done_m[row] >= vehicles.pass_hold_m[row] + vehicles.pass_over_m[row] {
-            vehicles.end_pass(row);
+    if vehicle.passes_prop() {
+        vehicle.pass_done_m = (vehicle.pass_done_m + driven).max(0.0);
+        if vehicle.pass_done_m >= vehicle.pass_hold_m + vehicle.pass_over_m {
+            vehicle.end_pass();
         }
     }
-    let cross_track_m = projection.left_m - shift_at(vehicles, row, 0.0).0;
+    let cross_track_m = projection.left_m - shift_at(vehicle, 0.0).0;
     let aligned = projection.tangent.dot(agents.forward[agent]);
-    if vehicles.u_turn[row] == 1 {
-        vehicles.u_turn[row] = u32::from(aligned < 0.7);
+    if vehicle.u_turn == 1 {
+        vehicle.u_turn = u32::from(aligned < 0.7);
         return projection.left_m.abs() < 4.0 * LOST_M;
     }
     let backwards = aligned < -0.2;
@@ -131,15 +136,13 @@ fn advance(
 }
 
 /// Clears the location and everything that depends on it.
-fn clear_location(vehicles: &mut VehicleTable, row: usize) {
-    vehicles.located[row] = 0;
-    (vehicles.shift_m[row], vehicles.shift_done_m[row], vehicles.shift_over_m[row]) =
-        (0.0, 0.0, 0.0);
-    vehicles.end_pass(row);
-    (vehicles.reservation[row], vehicles.reservation_end[row], vehicles.reservation_idle_s[row]) =
-        (0, 0, 0.0);
-    vehicles.wait_s[row] = 0.0;
-    vehicles.u_turn[row] = 0;
+fn clear_location(vehicle: &mut Vehicle) {
+    vehicle.located = 0;
+    (vehicle.shift_m, vehicle.shift_done_m, vehicle.shift_over_m) = (0.0, 0.0, 0.0);
+    vehicle.end_pass();
+    (vehicle.reservation, vehicle.reservation_end, vehicle.reservation_idle_s) = (0, 0, 0.0);
+    vehicle.wait_s = 0.0;
+    vehicle.u_turn = 0;
 }
 
 /// Distance before a dead end at which vehicles stop for a U-turn.
@@ -156,11 +159,11 @@ pub(crate) fn start_u_turn(
     agents: &Agents,
     occupancy: &Occupancy,
 ) {
-    let [lane] = *vehicles.route[row].lanes() else { return };
+    let [lane] = *vehicles[row].route.lanes() else { return };
     let u_turn_lane = tracks.u_turn_lane[lane as usize];
     let own = agents.driven[row];
     let agent = own as usize;
-    let left_m = tracks.length(lane) - vehicles.arc_m[row] - agents.body[agent].front_m;
+    let left_m = tracks.length(lane) - vehicles[row].arc_m - agents.body[agent].front_m;
     if u_turn_lane == NONE || agents.speed(agent).abs() > 0.5 || left_m > U_TURN_ROOM_M + 3.0 {
         return;
     }
@@ -168,7 +171,7 @@ pub(crate) fn start_u_turn(
     let projection = tracks.project(
         u_turn_lane,
         position,
-        (tracks.length(u_turn_lane) - vehicles.arc_m[row]).max(0.0),
+        (tracks.length(u_turn_lane) - vehicles[row].arc_m).max(0.0),
     );
     let coming = occupancy.on(u_turn_lane).iter().any(|o| {
         let reach = agents.body[agent].length_m() + 6.0 + 4.0 * o.speed_mps.max(0.0);
@@ -181,26 +184,19 @@ pub(crate) fn start_u_turn(
         let place = agents.position[agents.driven[other] as usize].truncate();
         let ahead = (place - position).dot(agents.forward[agent]) > 0.0;
         let near = place.distance_squared(position) < U_TURN_CLEARANCE_M * U_TURN_CLEARANCE_M;
-        other != row && near && (ahead || vehicles.u_turn[other] == 1)
+        other != row && near && (ahead || vehicles[other].u_turn == 1)
     });
     if coming || occupied {
         return;
     }
-    vehicles.route[row] =
-        Route::from_lane(u_turn_lane, vehicles.route[row].lanes_passed.wrapping_add(1));
-    vehicles.arc_m[row] = projection.arc_m.clamp(0.0, tracks.length(u_turn_lane));
-    vehicles.u_turn[row] = 1;
+    vehicles[row].route =
+        Route::from_lane(u_turn_lane, vehicles[row].route.lanes_passed.wrapping_add(1));
+    vehicles[row].arc_m = projection.arc_m.clamp(0.0, tracks.length(u_turn_lane));
+    vehicles[row].u_turn = 1;
 }
 
 /// Puts a row onto the track that best fits the vehicle's position and heading.
-fn locate(
-    vehicles: &mut VehicleTable,
-    row: usize,
-    tracks: &Tracks,
-    grid: &Grid,
-    agents: &Agents,
-    agent: usize,
-) {
+fn locate(vehicle: &mut Vehicle, tracks: &Tracks, grid: &Grid, agents: &Agents, agent: usize) {
     let position = agents.position[agent];
     let flat = position.truncate();
     let mut best: Option<(f32, u32, f32)> = None;
@@ -217,7 +213,7 @@ fn locate(
             best = Some((cost, lane, projection.arc_m));
         }
     };
-    for &(lane, hint_m) in grid.near(flat) {
+    for &Pass { lane, hint_m, .. } in grid.near(flat) {
         consider(lane, hint_m);
     }
     if best.is_none() {
@@ -228,41 +224,42 @@ fn locate(
         }
     }
     if let Some((_, lane, arc_m)) = best {
-        vehicles.route[row] =
-            Route::from_lane(lane, vehicles.route[row].lanes_passed.wrapping_add(1));
-        vehicles.arc_m[row] = arc_m.clamp(0.0, tracks.length(lane));
-        vehicles.located[row] = 1;
+        vehicle.route = Route::from_lane(lane, vehicle.route.lanes_passed.wrapping_add(1));
+        vehicle.arc_m = arc_m.clamp(0.0, tracks.length(lane));
+        vehicle.located = 1;
     }
 }
 
 /// Extends the route by the lanes of a client's route, else by random turns, until it is long
 /// enough.
 pub(crate) fn extend(
-    vehicles: &mut VehicleTable,
-    row: usize,
+    vehicle: &mut Vehicle,
     client_routes: &ClientRoutes,
     tracks: &Tracks,
     load: &LaneLoad,
     seed: u64,
 ) {
-    let mut reach = -vehicles.arc_m[row];
-    for &lane in vehicles.route[row].lanes() {
+    let mut reach = -vehicle.arc_m;
+    for &lane in vehicle.route.lanes() {
         reach += tracks.length(lane);
+        if reach >= AHEAD_M {
+            return;
+        }
     }
-    while reach < AHEAD_M && !vehicles.route[row].is_full() {
-        let (id, count) = (vehicles.id[row], vehicles.route[row].lanes().len());
-        let last = vehicles.route[row].last();
+    while reach < AHEAD_M && !vehicle.route.is_full() {
+        let (id, count) = (vehicle.id, vehicle.route.lanes().len());
+        let last = vehicle.route.last();
         let commanded =
             client_routes.next(id, count, last).filter(|branch| tracks.next(last).contains(branch));
-        let Some(next) = commanded
-            .or_else(|| draw_turn(tracks, last, load, (seed, id, vehicles.turn_draws[row])))
+        let Some(next) =
+            commanded.or_else(|| draw_turn(tracks, last, load, (seed, id, vehicle.turn_draws)))
         else {
             return;
         };
         if tracks.next(last).len() > 1 {
-            vehicles.turn_draws[row] = vehicles.turn_draws[row].wrapping_add(1);
+            vehicle.turn_draws = vehicle.turn_draws.wrapping_add(1);
         }
-        vehicles.route[row].push(next);
+        vehicle.route.push(next);
         reach += tracks.length(next);
     }
 }
@@ -289,18 +286,18 @@ fn draw_turn(tracks: &Tracks, lane: u32, load: &LaneLoad, draws: (u64, u32, u32)
 
 /// Returns the lateral offset from the route's tracks after `ahead_m` more metres, and its slope:
 /// quintic blends from where a lane change began, and to the side of a prop and back.
-pub(crate) fn shift_at(vehicles: &VehicleTable, row: usize, ahead_m: f32) -> (f32, f32) {
+pub(crate) fn shift_at(vehicle: &Vehicle, ahead_m: f32) -> (f32, f32) {
     let (mut left_m, mut slope) = (0.0, 0.0);
-    let shift = vehicles.shift_m[row];
+    let shift = vehicle.shift_m;
     if shift != 0.0 {
-        let (blend, rise) = blend(vehicles.shift_done_m[row] + ahead_m, vehicles.shift_over_m[row]);
+        let (blend, rise) = blend(vehicle.shift_done_m + ahead_m, vehicle.shift_over_m);
         (left_m, slope) = (shift * (1.0 - blend), -shift * rise);
     }
-    if vehicles.passes_prop(row) {
-        let (side, over) = (vehicles.pass_left_m[row], vehicles.pass_over_m[row]);
-        let done = vehicles.pass_done_m[row] + ahead_m;
+    if vehicle.passes_prop() {
+        let (side, over) = (vehicle.pass_left_m, vehicle.pass_over_m);
+        let done = vehicle.pass_done_m + ahead_m;
         let (out, out_rise) = blend(done, over);
-        let (back, back_rise) = blend(done - vehicles.pass_hold_m[row], over);
+        let (back, back_rise) = blend(done - vehicle.pass_hold_m, over);
         left_m += side * (out - back);
         slope += side * (out_rise - back_rise);
     }
@@ -315,14 +312,9 @@ fn blend(done: f32, over: f32) -> (f32, f32) {
 }
 
 /// Returns the point on the route `ahead_m` after the vehicle's position: its lane and arc length.
-pub(crate) fn ahead(
-    vehicles: &VehicleTable,
-    row: usize,
-    tracks: &Tracks,
-    ahead_m: f32,
-) -> (u32, f32) {
-    let lanes = vehicles.route[row].lanes();
-    let mut arc_m = vehicles.arc_m[row] + ahead_m;
+pub(crate) fn ahead(vehicle: &Vehicle, tracks: &Tracks, ahead_m: f32) -> (u32, f32) {
+    let lanes = vehicle.route.lanes();
+    let mut arc_m = vehicle.arc_m + ahead_m;
     for &lane in &lanes[..lanes.len() - 1] {
         let length = tracks.length(lane);
         if arc_m <= length {

@@ -71,7 +71,9 @@ fn new_planner(episode: &Episode) -> Result<Planner, TrafficError> {
         .network(&episode.map, &episode.open_drive)
         .map_err(|e| TrafficError::Map(e.to_string()))?;
     let Episode { open_drive, seed, .. } = episode;
-    Ok(Planner::with_cached_town(&cache, Arc::new(network), open_drive, *seed))
+    let mut planner = Planner::with_cached_town(&cache, Arc::new(network), open_drive, *seed);
+    planner.set_threads(0);
+    Ok(planner)
 }
 
 /// Returns whether the command of an entry may be applied once only.

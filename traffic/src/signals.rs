@@ -22,8 +22,10 @@ use crate::{
 
 /// Green part of a phase's clock. Green that ends early skips to its end.
 const GREEN_NANOS: u64 = 40_000_000_000;
-/// Yellow part of a phase's clock.
-const YELLOW_NANOS: u64 = 3_000_000_000;
+/// Yellow part of a phase's clock. Where yellow is shorter, it begins later.
+const YELLOW_NANOS: u64 = 6_000_000_000;
+/// Shortest yellow.
+const YELLOW_MIN_NANOS: u64 = 3_000_000_000;
 /// All-red part of a phase's clock.
 const RED_NANOS: u64 = 2_000_000_000;
 /// Length of a phase's clock.
@@ -41,8 +43,8 @@ pub(crate) struct SignalPlan {
     slot: Vec<(u32, u32)>,
     /// By signal: its state if it has no cycle.
     idle: Vec<u32>,
-    /// By cycle: the number of phases.
-    phases: Vec<u32>,
+    /// By cycle and phase: how long yellow is shown.
+    yellow_nanos: Vec<Vec<u64>>,
 }
 
 /// Lights that always show the same state.
@@ -69,10 +71,10 @@ impl SignalPlan {
                 .iter()
                 .map(|s| if is_vehicle_light(s) { light::OFF } else { light::RED })
                 .collect(),
-            phases: Vec::new(),
+            yellow_nanos: Vec::new(),
         };
         for groups in junction_groups(network, tracks, approaches) {
-            let cycle = plan.phases.len() as u32;
+            let cycle = plan.yellow_nanos.len() as u32;
             let mut phases: Vec<Vec<&SignalGroup>> = Vec::new();
             for group in &groups {
                 let fits = |phase: &Vec<&SignalGroup>| {
@@ -88,12 +90,16 @@ impl SignalPlan {
                     plan.slot[signal as usize] = (cycle, phase as u32);
                 }
             }
-            plan.phases.push(phases.len() as u32);
+            let lanes = |phase: &Vec<&SignalGroup>| {
+                phase.iter().flat_map(|group| group.lanes.clone()).collect::<Vec<_>>()
+            };
+            let yellow = |phase: &Vec<&SignalGroup>| yellow_nanos(tracks, &lanes(phase));
+            plan.yellow_nanos.push(phases.iter().map(yellow).collect());
         }
-        for &(_, _, signal) in &approaches.midblock {
+        for &(lane, _, signal) in &approaches.midblock {
             if plan.slot[signal as usize].0 == NONE {
-                plan.slot[signal as usize] = (plan.phases.len() as u32, 0);
-                plan.phases.push(1);
+                plan.slot[signal as usize] = (plan.yellow_nanos.len() as u32, 0);
+                plan.yellow_nanos.push(vec![yellow_at(tracks.limit_mps[lane as usize])]);
             }
         }
         plan
@@ -105,7 +111,7 @@ impl SignalPlan {
         SignalPlan {
             slot: (0..count).map(|phase| (0, phase)).collect(),
             idle: vec![light::OFF; count as usize],
-            phases: vec![count],
+            yellow_nanos: vec![vec![yellow_at(0.0); count as usize]],
         }
     }
 
@@ -116,7 +122,7 @@ impl SignalPlan {
 
     /// Returns the number of cycles.
     pub(crate) fn cycles(&self) -> usize {
-        self.phases.len()
+        self.yellow_nanos.len()
     }
 
     /// Returns the cycle and the phase of `signal`, if it has one.
@@ -126,7 +132,7 @@ impl SignalPlan {
 
     /// Returns the number of phases of a cycle.
     pub(crate) fn phases(&self, cycle: u32) -> u32 {
-        self.phases[cycle as usize]
+        self.yellow_nanos[cycle as usize].len() as u32
     }
 
     /// Returns for how long a signal that shows red stays red at least, in seconds: without limit if
@@ -139,7 +145,8 @@ impl SignalPlan {
             // Its own phase ends, and may be the next one again.
             PHASE_NANOS - into
         } else if into < GREEN_NANOS {
-            GREEN_MIN_NANOS.saturating_sub(into) + YELLOW_NANOS + RED_NANOS
+            let yellow_nanos = self.yellow_nanos[cycle as usize][now as usize];
+            GREEN_MIN_NANOS.saturating_sub(into) + yellow_nanos + RED_NANOS
         } else {
             PHASE_NANOS - into
         };
@@ -149,14 +156,15 @@ impl SignalPlan {
     /// Advances the clocks of all cycles.
     pub(crate) fn advance(&self, clocks: &mut [u64], demand: &Demand, delta_nanos: u64) {
         for (cycle, clock) in clocks.iter_mut().enumerate() {
-            let phases = u64::from(self.phases[cycle].max(1));
+            let phases = (self.yellow_nanos[cycle].len() as u64).max(1);
             let (phase, before) = (*clock / PHASE_NANOS, *clock % PHASE_NANOS);
             let others_wait = (0..phases).any(|p| p != phase && demand.waits(cycle, p));
             let extends = demand.comes(cycle, phase);
             let mut now = before + delta_nanos;
             if before < GREEN_NANOS {
+                let yellow_nanos = self.yellow_nanos[cycle][phase as usize];
                 let most = (CYCLE_MAX_NANOS / phases)
-                    .saturating_sub(PHASE_NANOS - GREEN_NANOS)
+                    .saturating_sub(yellow_nanos + RED_NANOS)
                     .clamp(GREEN_MIN_NANOS + 2_000_000_000, GREEN_NANOS);
                 let until = match (others_wait, extends) {
                     (true, true) => most,
@@ -169,7 +177,8 @@ impl SignalPlan {
                     (false, _) => GREEN_DEFAULT_NANOS,
                 };
                 if now >= until {
-                    now = GREEN_NANOS.max(now.min(GREEN_NANOS + delta_nanos));
+                    let skipped = YELLOW_NANOS - yellow_nanos;
+                    now = skipped + GREEN_NANOS.max(now.min(GREEN_NANOS + delta_nanos));
                 }
             }
             let next = (1..=phases).map(|step| (phase + step) % phases);
@@ -198,6 +207,21 @@ impl SignalPlan {
             _ => light::RED,
         }
     }
+}
+
+/// Returns for how long yellow is shown to vehicles that enter a junction on these lanes.
+fn yellow_nanos(tracks: &Tracks, lanes: &[u32]) -> u64 {
+    let before = lanes.iter().flat_map(|&lane| tracks.previous(lane));
+    let limits_mps = before.map(|&lane| tracks.limit_mps[lane as usize]);
+    yellow_at(limits_mps.fold(0.0, f32::max))
+}
+
+/// Returns for how long yellow is shown at a speed limit: 1 s and the time in which a vehicle passes its
+/// stopping distance at 7 % above the limit, with 3 m/s² (Institute of Transportation Engineers,
+/// *Guidelines for Determining Traffic Signal Change and Clearance Intervals*, 2020).
+fn yellow_at(limit_mps: f32) -> u64 {
+    let seconds = 1.0 + 1.07 * f64::from(limit_mps) / (2.0 * 3.0);
+    ((seconds * 1e9) as u64).clamp(YELLOW_MIN_NANOS, YELLOW_NANOS)
 }
 
 /// Identity of a signal group: 0 and the controller, or 1 and the road of its approach.

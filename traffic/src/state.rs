@@ -11,7 +11,7 @@ use crate::{
 
 /// Magic number of the format.
 const MAGIC: u64 = u64::from_le_bytes(*b"omnimind");
-const VERSION: u32 = 8;
+const VERSION: u32 = 11;
 
 /// Why bytes cannot be restored on this map.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -107,7 +107,7 @@ impl PlannerState {
             lanes: lanes as u32,
             clocks: self.clocks.len() as u32,
             params: self.params.all().len() as u32,
-            vehicles: self.vehicles.id.len() as u32,
+            vehicles: self.vehicles.len() as u32,
             weather: self.weather,
             walkers: self.walkers.count() as u32,
             walker_bytes: self.walkers.byte_count() as u64,
@@ -168,7 +168,7 @@ impl PlannerState {
             reservations: head.reservations,
             clocks: clock_part.chunks_exact(8).map(bytemuck::pod_read_unaligned).collect(),
             params: Params::from_saved(param_part),
-            vehicles: VehicleTable::read(head.vehicles as usize, row_part),
+            vehicles: VehicleTable::read(row_part),
             weather: head.weather,
             client_routes: ClientRoutes::read(client_route_part, lanes)
                 .ok_or_else(|| shape("a client route is malformed or leaves the map"))?,

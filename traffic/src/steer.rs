@@ -4,17 +4,19 @@
 //! The tracking point between the axles follows the track, at distance a before the rear axle. On a
 //! circle of curvature κ a vehicle of wheelbase L has the sideslip angle β = asin(κa) at that
 //! point, and the steering angle atan(L/a tan β) (Rajamani, Vehicle Dynamics and Control, section
-//! 2.2). The feedback is critically damped, with a bandwidth that the delay of one frame and of the
+//! 2.2). At speed the tyres' slip angles are added: β is less by that of the rear tyres, and the steering
+//! angle is more by the difference between the front and the rear tyres (ibid., section 3.1: understeer).
+//! The feedback is critically damped, with a bandwidth that the delay of one frame and of the
 //! steering system allows.
 
 use glam::Vec2;
 
 use crate::{
     agents::Agents,
-    body::Body,
+    body::{Body, Class},
     route::{ahead, shift_at},
     tracks::Tracks,
-    vehicle_table::VehicleTable,
+    vehicle_table::Vehicle,
 };
 
 /// Largest approach angle to the track.
@@ -34,10 +36,20 @@ const RETURN_PER_S: f32 = 1.5;
 /// Largest angle between the heading and the direction of the tracking point.
 const TURN_MAX_RAD: f32 = 1.0;
 
+/// Speed from which the direction of motion counts for the limits of steering.
+const SLIDE_MPS: f32 = 5.0;
+/// Largest lateral acceleration for which tyre slip is compensated.
+const LATERAL_MAX_MPS2: f32 = 5.0;
+
 /// Largest lateral offset of a wide vehicle from the centre of its lane.
 const KEEP_OFF_M: f32 = 0.25;
 /// Least distance of a wide vehicle from the edge of its lane.
 const EDGE_M: f32 = 0.05;
+
+/// Distance of a bicycle from the edge of its lane.
+const RIDE_M: f32 = 0.6;
+/// Its largest distance from the centre of its lane.
+const RIDE_MAX_M: f32 = 1.2;
 
 /// Lateral offset after each reversal.
 const EVASION_M: f32 = 0.5;
@@ -63,7 +75,7 @@ pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Bo
     }
     // Averaged over the length of the vehicle, because a curve begins abruptly.
     let curvature_mean = [-0.5, 0.0, 0.5, 1.0]
-        .map(|part| tracks.at(lane, arc_m + part * body.length_m()).2)
+        .map(|part| tracks.curvature_at(lane, arc_m + part * body.length_m()))
         .iter()
         .sum::<f32>()
         * 0.25;
@@ -76,17 +88,27 @@ pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Bo
     -oncoming * (spare_m - EDGE_M).clamp(0.0, KEEP_OFF_M)
 }
 
+/// Returns the lateral offset of a bicycle from the centre of `lane`: cyclists ride near the edge, away
+/// from the oncoming lane.
+fn ride_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
+    if body.class != Class::Bicycle {
+        return 0.0;
+    }
+    let edge = if tracks.oncoming[lane as usize] < 0.0 { 1.0 } else { -1.0 };
+    edge * (tracks.half_width_at(lane, arc_m) - body.half_width_m - RIDE_M).clamp(0.0, RIDE_MAX_M)
+}
+
 /// Returns the lateral offset of a vehicle that has reversed: away from what was in its way, which
 /// would block it again. After `EVASION_COUNT` attempts it tries the other side.
-fn evasion_left(vehicles: &VehicleTable, row: usize) -> f32 {
-    let (away, count) = (vehicles.evasion_side[row], vehicles.reverse_count[row]);
+fn evasion_left(vehicle: &Vehicle) -> f32 {
+    let (away, count) = (vehicle.evasion_side, vehicle.reverse_count);
     let side = if count > EVASION_COUNT { -away } else { away };
     side * EVASION_M * (count.min(2) as f32)
 }
 
 /// Returns the angle of the front wheels, positive to the left, and the deviation that it corrects.
 pub(crate) fn steer(
-    vehicles: &VehicleTable,
+    vehicle: &Vehicle,
     row: usize,
     tracks: &Tracks,
     agents: &Agents,
@@ -107,45 +129,64 @@ pub(crate) fn steer(
     let moved = speed.max(0.0) * delay_s;
 
     let position = position + forward * tracking_point_m;
-    let (lane, hint_m) = ahead(vehicles, row, tracks, moved + tracking_point_m);
+    let (lane, hint_m) = ahead(vehicle, tracks, moved + tracking_point_m);
     let projection = tracks.project(lane, position, hint_m);
-    let (shift_m, slope) = shift_at(vehicles, row, moved + tracking_point_m);
+    let (shift_m, slope) = shift_at(vehicle, moved + tracking_point_m);
     // Beside a prop, only the offset counts that clears it.
-    let aside_m =
-        if vehicles.passes_prop(row) { 0.0 } else { offset_left_m + evasion_left(vehicles, row) };
+    let aside_m = if vehicle.passes_prop() { 0.0 } else { offset_left_m + evasion_left(vehicle) };
+    let ride_m = if offset_left_m == 0.0 && !vehicle.passes_prop() {
+        ride_offset_left(tracks, lane, hint_m, &agents.body[agent])
+    } else {
+        0.0
+    };
     let target_left =
-        shift_m + wide_offset_left(tracks, lane, hint_m, &agents.body[agent]) + aside_m;
+        shift_m + wide_offset_left(tracks, lane, hint_m, &agents.body[agent]) + aside_m + ride_m;
     // The curvature is taken a little farther on, because steering follows it with a delay.
-    let (lane, arc_m) =
-        ahead(vehicles, row, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));
-    let curvature = tracks.at(lane, arc_m).2;
+    let (lane, arc_m) = ahead(vehicle, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));
+    let curvature = tracks.curvature_at(lane, arc_m);
 
-    let slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
-    let line = Vec2::from_angle(slope.atan() - slip).rotate(projection.tangent);
+    let kinematic_slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
+    let lateral_mps2 = (curvature * speed * speed).clamp(-LATERAL_MAX_MPS2, LATERAL_MAX_MPS2);
+    let [front_slip, rear_slip] = agents.body[agent].slip_radps2pm().map(|of| of * lateral_mps2);
+    // The rear tyres run outwards by their slip angle, so that the body points inwards.
+    let slip = kinematic_slip - rear_slip;
+    let slope_rad = if slope == 0.0 { slope } else { slope.atan() };
+    let line = Vec2::from_angle(slope_rad - slip).rotate(projection.tangent);
     let mut deviation =
         Deviation { left_m: projection.left_m - target_left, heading_rad: line.angle_to(forward) };
     // A U-turn goes towards the lane and not away from it.
     let side = deviation.left_m.signum();
-    if vehicles.u_turn[row] == 1 && deviation.heading_rad * side > 2.0 {
+    if vehicle.u_turn == 1 && deviation.heading_rad * side > 2.0 {
         deviation.heading_rad -= side * std::f32::consts::TAU;
     }
 
     let gain = (BANDWIDTH * wheelbase / speed.abs().max(0.5)).min(HEADING_GAIN);
     let aim = deviation.left_m * gain / (4.0 * DAMPING * DAMPING * wheelbase);
-    let damped = (wheelbase / axle_m * slip.tan()).atan()
+    let damped = (wheelbase / axle_m * kinematic_slip.tan()).atan() + front_slip
+        - rear_slip
         - gain * (deviation.heading_rad + aim.clamp(-AIM_RAD, AIM_RAD));
-    let grip_limit_rad =
-        (wheelbase * agents.body[agent].grip_mps2() / speed.powi(2).max(0.01)).atan();
-    let damped = damped.clamp(-grip_limit_rad, grip_limit_rad);
+    let grip_limit = wheelbase * agents.body[agent].grip_mps2() / speed.powi(2).max(0.01);
+    // The arctangent of x > 0 is more than x / (1 + x).
+    let damped = if damped.abs() < 0.99 * grip_limit / (1.0 + grip_limit) {
+        damped
+    } else {
+        // A vehicle that slides may steer as far as its front tyres roll, and beyond by their slip angle.
+        let across_mps = agents.forward[agent].perp_dot(velocity);
+        let rolls_rad =
+            (across_mps + 0.5 * wheelbase * agents.yaw_rate[agent]) / speed.abs().max(SLIDE_MPS);
+        let slip_rad = agents.body[agent].slip_radps2pm()[0] * agents.body[agent].grip_mps2();
+        let most = (rolls_rad + slip_rad).max(grip_limit.atan());
+        damped.clamp((rolls_rad - slip_rad).min(-grip_limit.atan()), most)
+    };
 
     // At low speed in a tight curve, where the body lags behind the curve: the tracking point moves
     // along the track or back to it, and the rear axle follows.
     let exact = ((EXACT_BELOW - speed.abs() / wheelbase) / EXACT_BLEND).clamp(0.0, 1.0);
-    if exact == 0.0 || vehicles.u_turn[row] == 1 {
+    if exact == 0.0 || vehicle.u_turn == 1 {
         return (damped, deviation);
     }
     let back = (RETURN_PER_S * deviation.left_m / (speed.abs() + 1.0)).clamp(-AIM_RAD, AIM_RAD);
-    let direction = Vec2::from_angle(slope.atan() - back).rotate(projection.tangent);
+    let direction = Vec2::from_angle(slope_rad - back).rotate(projection.tangent);
     let turn = forward.angle_to(direction).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
     let exact_angle = (wheelbase / axle_m * turn.tan()).atan();
     (damped + (exact_angle - damped) * exact, deviation)

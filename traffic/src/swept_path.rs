@@ -3,7 +3,10 @@
 
 use glam::{Vec2, Vec3};
 
-use crate::{body::Body, tracks::Tracks};
+use crate::{
+    body::{Body, Class},
+    tracks::Tracks,
+};
 
 /// Half the width of a car.
 const CAR_M: f32 = 1.05;
@@ -18,6 +21,7 @@ const CAR: Body = Body {
     wheelbase_m: 2.9,
     max_steer_rad: 0.61,
     cruise_speed_mps: 40.0,
+    class: Class::Car,
 };
 /// A bus: no vehicle needs more room.
 const BUS: Body = Body {
@@ -27,6 +31,7 @@ const BUS: Body = Body {
     wheelbase_m: 5.3,
     max_steer_rad: 0.85,
     cruise_speed_mps: 40.0,
+    class: Class::Bus,
 };
 /// Fraction of the steering angle that is available while driving.
 const MAX_STEER_FACTOR: f32 = 0.85;

@@ -4,7 +4,7 @@
 //! direction. All distances along tracks are arc lengths in metres; lateral offsets are positive to
 //! the left. Tracks are indexed by `road::LaneIndex`; lanes for other uses have an empty track.
 
-mod lookup;
+pub(crate) mod lookup;
 
 use std::borrow::Cow;
 
@@ -37,6 +37,10 @@ const CURVE_BRAKE_MPS2: f32 = 2.5;
 const DEFAULT_LIMIT_MPS: f32 = 50.0 / 3.6;
 /// Half width at which an ending lane counts as ended.
 const NARROW_M: f32 = 1.3;
+/// Distance along a track from a sample up to which its direction and curvature tell whether something
+/// is beside the track, metres, and the highest curvature that is reckoned with.
+pub(crate) const HINT_M: f32 = 5.0;
+const BEND_MAX_PER_M: f32 = 0.15;
 /// Bound on the speed of all tracks.
 const FASTEST_MPS: f32 = 70.0;
 
@@ -376,6 +380,38 @@ impl Tracks {
     }
 }
 
+impl Tracks {
+    /// Returns for each sample of `lane` a bound on the curvature within [`HINT_M`]: by how much the
+    /// direction turns and the track leaves the straight continuation, with a margin.
+    pub(crate) fn bends(&self, lane: u32) -> Vec<f32> {
+        let (count, step_m) = self.samples(lane);
+        let first = self.first[lane as usize] as usize;
+        let samples = &self.samples[first..first + count];
+        let reach = ((HINT_M + 2.0) / step_m).ceil() as usize;
+        let bend = |index: usize| {
+            let own = &samples[index];
+            let (from, to) = (index.saturating_sub(reach), (index + reach).min(count - 1));
+            let mut most = 0.0f32;
+            for (other, sample) in (from..=to).zip(&samples[from..=to]) {
+                let apart_m = other.abs_diff(index) as f32 * step_m;
+                if apart_m == 0.0 {
+                    continue;
+                }
+                if own.tangent.dot(sample.tangent) < 0.7 {
+                    return BEND_MAX_PER_M;
+                }
+                let offset = (sample.point - own.point).truncate();
+                // Up to 45 degrees an angle is at most 1.12 times its sine.
+                let turn = 1.12 * own.tangent.perp_dot(sample.tangent).abs() / apart_m;
+                let aside = 2.0 * own.tangent.perp_dot(offset).abs() / (apart_m * apart_m);
+                most = most.max(turn).max(aside);
+            }
+            (1.5 * most + 0.002).min(BEND_MAX_PER_M)
+        };
+        (0..count).map(bend).collect()
+    }
+}
+
 /// Returns the conflict zones: junctions, and narrow curves. A narrow curve is a short section of a
 /// road with oncoming traffic and a bend in which a bus needs the oncoming lane too: vehicles that
 /// do not leave it to a bus and its oncoming traffic one after the other would block each other for
@@ -464,9 +500,8 @@ fn limits(network: &Network) -> Vec<f32> {
 fn endless(tracks: &Tracks) -> Vec<bool> {
     let count = tracks.count();
     let mut endless: Vec<bool> = (0..count as u32).map(|lane| tracks.has(lane)).collect();
-    let mut branch_counts: Vec<usize> = (0..count as u32)
-        .map(|lane| tracks.next(lane).iter().filter(|&&n| n != lane).count())
-        .collect();
+    let mut branch_counts: Vec<usize> =
+        (0..count as u32).map(|lane| tracks.next(lane).len()).collect();
     let mut removed: Vec<u32> = (0..count as u32)
         .filter(|&lane| endless[lane as usize] && branch_counts[lane as usize] == 0)
         .collect();

@@ -1,5 +1,7 @@
 //! State of each planned vehicle beyond the snapshot.
 
+use std::ops::{Deref, DerefMut};
+
 use bytemuck::{Pod, Zeroable};
 
 /// Largest number of lanes of a route, the current one included.
@@ -65,142 +67,155 @@ impl Route {
     }
 }
 
-macro_rules! columns {
-    ($($(#[$doc:meta])* $name:ident: $type:ty = $new:expr,)*) => {
-        /// One row for each vehicle on autopilot, ascending by actor id; structure of arrays.
-        #[derive(Clone, Debug, Default, PartialEq)]
-        pub(crate) struct VehicleTable {
-            /// Actor id of the row.
-            pub(crate) id: Vec<u32>,
-            $($(#[$doc])* pub(crate) $name: Vec<$type>,)*
-        }
-
-        impl VehicleTable {
-            /// Changes the rows to those of `wanted` (ascending): keeps the state of vehicles that
-            /// stay, removes others, and adds new ones with default values.
-            pub(crate) fn retain(&mut self, ids: &[u32]) {
-                if self.id == ids {
-                    return;
-                }
-                let old = std::mem::take(self);
-                for &id in ids {
-                    let from = old.id.binary_search(&id).ok();
-                    self.id.push(id);
-                    $(self.$name.push(match from { Some(row) => old.$name[row], None => $new });)*
-                }
-            }
-
-            /// Resets the row of a vehicle to default values.
-            pub(crate) fn reset(&mut self, row: usize) {
-                $(self.$name[row] = $new;)*
-            }
-
-            /// Appends all columns to `bytes`.
-            pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
-                bytes.extend_from_slice(bytemuck::cast_slice(&self.id));
-                $(bytes.extend_from_slice(bytemuck::cast_slice(&self.$name));)*
-            }
-
-            /// Number of bytes that [`VehicleTable::write`] writes for each row.
-            pub(crate) const ROW_BYTES: usize = 4 $(+ size_of::<$type>())*;
-
-            /// Reads `count` rows; `bytes` must hold [`VehicleTable::ROW_BYTES`] for each.
-            pub(crate) fn read(count: usize, mut bytes: &[u8]) -> VehicleTable {
-                VehicleTable { id: take(&mut bytes, count), $($name: take(&mut bytes, count),)* }
-            }
-        }
-    };
-}
-
-columns! {
-    /// Lanes ahead.
-    route: Route = Route::zeroed(),
+/// State of one vehicle on autopilot.
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct Vehicle {
+    /// Number of the reservation for a junction, in the order of granting; 0 without one.
+    pub(crate) reservation: u64,
+    /// Actor id.
+    pub(crate) id: u32,
     /// 1 if the route and the position on it are known, else 0.
-    located: u32 = 0,
+    pub(crate) located: u32,
     /// Arc length of the origin on the current lane.
-    arc_m: f32 = 0.0,
+    pub(crate) arc_m: f32,
     /// Number of random turns drawn.
-    turn_draws: u32 = 0,
+    pub(crate) turn_draws: u32,
     /// Lane change: lateral offset from the current lane where it began; 0 without one.
-    shift_m: f32 = 0.0,
+    pub(crate) shift_m: f32,
     /// Lane change: distance driven since it began.
-    shift_done_m: f32 = 0.0,
+    pub(crate) shift_done_m: f32,
     /// Lane change: distance over which it extends.
-    shift_over_m: f32 = 0.0,
+    pub(crate) shift_over_m: f32,
     /// Passing a prop: lateral offset from the lane while the vehicle is beside it.
-    pass_left_m: f32 = 0.0,
+    pub(crate) pass_left_m: f32,
     /// Passing a prop: distance driven since it began.
-    pass_done_m: f32 = 0.0,
+    pub(crate) pass_done_m: f32,
     /// Passing a prop: distance over which the vehicle moves to the side, and over which it returns;
     /// 0 if it passes none.
-    pass_over_m: f32 = 0.0,
+    pub(crate) pass_over_m: f32,
     /// Passing a prop: distance from the begin after which the vehicle returns.
-    pass_hold_m: f32 = 0.0,
+    pub(crate) pass_hold_m: f32,
     /// Time at standstill behind a prop.
-    prop_wait_s: f32 = 0.0,
+    pub(crate) prop_wait_s: f32,
     /// Time until the next lane change decision.
-    change_cooldown_s: f32 = 0.0,
+    pub(crate) change_cooldown_s: f32,
     /// Number of lane change decisions.
-    change_draws: u32 = 0,
-    /// Number of the reservation for a junction, in the order of granting; 0 without one.
-    reservation: u64 = 0,
+    pub(crate) change_draws: u32,
     /// First lane of the route, in the numbering of `lanes_passed`, that the reservation does not
     /// cover.
-    reservation_end: u32 = 0,
+    pub(crate) reservation_end: u32,
     /// Time waited at the line of the next junction.
-    wait_s: f32 = 0.0,
+    pub(crate) wait_s: f32,
     /// Time that a reservation has been unused.
-    reservation_idle_s: f32 = 0.0,
+    pub(crate) reservation_idle_s: f32,
     /// Actor id of the leader that the driver has seen; 0 without one.
-    seen_leader: u32 = 0,
+    pub(crate) seen_leader: u32,
     /// Speed of that leader as the driver perceives it.
-    seen_mps: f32 = 0.0,
+    pub(crate) seen_mps: f32,
     /// Error of the estimated gap, in standard deviations.
-    gap_error: f32 = 0.0,
+    pub(crate) gap_error: f32,
     /// Number of steps of that error.
-    error_draws: u32 = 0,
+    pub(crate) error_draws: u32,
     /// Time at standstill since the vehicle may drive.
-    start_s: f32 = 0.0,
+    pub(crate) start_s: f32,
     /// Integral of the acceleration error.
-    accel_integral: f32 = 0.0,
+    pub(crate) accel_integral: f32,
     /// Time at standstill though the vehicle should move.
-    stuck_s: f32 = 0.0,
+    pub(crate) stuck_s: f32,
     /// 1 during a U-turn, else 0.
-    u_turn: u32 = 0,
+    pub(crate) u_turn: u32,
     /// Remaining time in reverse; negative: remaining time to wait afterwards.
-    reverse_s: f32 = 0.0,
+    pub(crate) reverse_s: f32,
     /// Number of reversals since the vehicle last drove on.
-    reverse_count: u32 = 0,
+    pub(crate) reverse_count: u32,
     /// Side to which the vehicle evades after a reversal: 1 left, −1 right.
-    evasion_side: f32 = 0.0,
+    pub(crate) evasion_side: f32,
+    /// Lanes ahead.
+    pub(crate) route: Route,
 }
 
-impl VehicleTable {
-    /// Returns whether the vehicle of a row passes a prop.
-    pub(crate) fn passes_prop(&self, row: usize) -> bool {
-        self.pass_over_m[row] != 0.0
+impl Vehicle {
+    /// Creates the state of a vehicle that has not been located.
+    pub(crate) fn new(id: u32) -> Vehicle {
+        Vehicle { id, ..Vehicle::zeroed() }
+    }
+
+    /// Resets the state to that of a vehicle that has not been located.
+    pub(crate) fn reset(&mut self) {
+        *self = Vehicle::new(self.id);
+    }
+
+    /// Returns whether the vehicle passes a prop.
+    pub(crate) fn passes_prop(&self) -> bool {
+        self.pass_over_m != 0.0
     }
 
     /// Ends the passing of a prop.
-    pub(crate) fn end_pass(&mut self, row: usize) {
-        (self.pass_left_m[row], self.pass_done_m[row]) = (0.0, 0.0);
-        (self.pass_over_m[row], self.pass_hold_m[row]) = (0.0, 0.0);
+    pub(crate) fn end_pass(&mut self) {
+        (self.pass_left_m, self.pass_done_m) = (0.0, 0.0);
+        (self.pass_over_m, self.pass_hold_m) = (0.0, 0.0);
+    }
+}
+
+/// One row for each vehicle on autopilot, ascending by actor id.
+///
+/// A row holds everything of a vehicle, so that threads can change different rows at the same time.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct VehicleTable(Vec<Vehicle>);
+
+impl Deref for VehicleTable {
+    type Target = [Vehicle];
+
+    fn deref(&self) -> &[Vehicle] {
+        &self.0
+    }
+}
+
+impl DerefMut for VehicleTable {
+    fn deref_mut(&mut self) -> &mut [Vehicle] {
+        &mut self.0
+    }
+}
+
+impl VehicleTable {
+    /// Number of bytes that [`VehicleTable::write`] writes for each row.
+    pub(crate) const ROW_BYTES: usize = size_of::<Vehicle>();
+
+    /// Changes the rows to those of `ids` (ascending): keeps the state of vehicles that stay,
+    /// removes others, and adds new ones with default values.
+    pub(crate) fn retain(&mut self, ids: &[u32]) {
+        if self.iter().map(|vehicle| vehicle.id).eq(ids.iter().copied()) {
+            return;
+        }
+        let old = std::mem::take(&mut self.0);
+        self.0.extend(ids.iter().map(|&id| {
+            let row = old.binary_search_by_key(&id, |vehicle| vehicle.id);
+            row.map_or_else(|_| Vehicle::new(id), |row| old[row])
+        }));
+    }
+
+    /// Appends all rows to `bytes`.
+    pub(crate) fn write(&self, bytes: &mut Vec<u8>) {
+        bytes.extend_from_slice(bytemuck::cast_slice(&self.0));
+    }
+
+    /// Reads rows from what [`VehicleTable::write`] wrote: a multiple of [`VehicleTable::ROW_BYTES`].
+    pub(crate) fn read(bytes: &[u8]) -> VehicleTable {
+        VehicleTable(
+            bytes.chunks_exact(VehicleTable::ROW_BYTES).map(bytemuck::pod_read_unaligned).collect(),
+        )
     }
 
     /// Returns whether rows ascend and every route lies on a map of `lanes` lanes.
     pub(crate) fn is_sound(&self, lanes: usize) -> bool {
-        let ascending = self.id.windows(2).all(|pair| pair[0] < pair[1]);
-        let routes = self.route.iter().zip(&self.located).all(|(route, &located)| {
+        let ascending = self.windows(2).all(|pair| pair[0].id < pair[1].id);
+        let routes = self.iter().all(|vehicle| {
+            let route = &vehicle.route;
             route.length as usize <= ROUTE_MAX
-                && (located == 0 || route.length > 0)
+                && (vehicle.located == 0 || route.length > 0)
                 && route.lanes().iter().all(|&lane| (lane as usize) < lanes)
         });
         ascending && routes
     }
-}
-
-fn take<T: Pod>(bytes: &mut &[u8], count: usize) -> Vec<T> {
-    let (column, rest) = bytes.split_at(count * size_of::<T>());
-    *bytes = rest;
-    column.chunks_exact(size_of::<T>()).map(bytemuck::pod_read_unaligned).collect()
 }

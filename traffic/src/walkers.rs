@@ -9,6 +9,7 @@
 //! the vehicles wait for it ([`claims`]).
 
 mod approaching;
+mod aside;
 mod avoidance;
 mod crossings;
 mod goals;
@@ -25,6 +26,7 @@ use walkable::Search;
 
 use self::{
     approaching::Approaching,
+    aside::InSweptPaths,
     crossings::{Crossings, Leave},
     groups::Groups,
 };
@@ -35,6 +37,10 @@ use crate::{
 
 /// Farthest that a walker stands from the ground to return to it. Metres.
 const RETURN_M: f32 = 30.0;
+/// Distance from the ground beyond which a walker returns to it. Metres.
+const OFF_GROUND_M: f32 = 0.4;
+/// Time for which a walker that has stepped out of a swept path leaves it to the vehicle. Seconds.
+const ASIDE_S: f32 = 6.0;
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
 /// Distance before the middle of a lane from which on a walker that crosses towards it claims it. Metres.
@@ -58,6 +64,7 @@ pub(crate) struct Scratch {
     held: Vec<Option<u32>>,
     /// By row: the crossing that it may enter.
     granted: Vec<Option<u32>>,
+    in_swept_paths: InSweptPaths,
 }
 
 impl Scratch {
@@ -77,7 +84,7 @@ impl Scratch {
     }
 
     /// Returns the stretches of lanes that walkers on crossings are about to walk over: agent, lane,
-    /// arc length.
+    /// arc length. A walker that only returns to a crossing claims nothing: it may be unable to.
     pub(crate) fn claims(
         &self,
         ground: &WalkerGround,
@@ -85,10 +92,13 @@ impl Scratch {
         claims: &mut Vec<(u32, u32, f32)>,
     ) {
         for (&agent, standing) in agents.led.iter().zip(&self.standing) {
-            let Some((cell, _)) = *standing else { continue };
-            let Some(crossing) = ground.surface.cell(cell).crossing else { continue };
-            let crossing = &ground.crossings[crossing as usize];
             let at = agents.position[agent as usize].truncate();
+            let Some((cell, near)) = *standing else { continue };
+            let Some(crossing) = ground.surface.cell(cell).crossing else { continue };
+            if near.distance(at) > OFF_GROUND_M {
+                continue;
+            }
+            let crossing = &ground.crossings[crossing as usize];
             let along_m = (at - crossing.center).dot(crossing.axis);
             let ahead = agents.velocity[agent as usize].dot(crossing.axis).signum();
             for lane in &crossing.lanes {
@@ -129,10 +139,21 @@ pub(crate) fn plan(
     if view.agents.led.is_empty() {
         return;
     }
-    let Scratch { search, standing, groups, approaching, bodies, wanted, held, granted } = scratch;
+    let Scratch {
+        search,
+        standing,
+        groups,
+        approaching,
+        bodies,
+        wanted,
+        held,
+        granted,
+        in_swept_paths,
+    } = scratch;
     let agents = view.agents;
     groups.find(table, standing, view);
     approaching.find(view);
+    in_swept_paths.find(view);
     goals::choose(table, routes, search, standing, groups, view);
     wanted.clear();
     held.clear();
@@ -142,7 +163,7 @@ pub(crate) fn plan(
         let mut velocity = match standing[row] {
             // Far from any ground, a walker stays where it is.
             None => Vec2::ZERO,
-            Some((_, near)) if near.distance(at) > 0.4 => {
+            Some((_, near)) if near.distance(at) > OFF_GROUND_M => {
                 (near - at).clamp_length(0.0, pace::speed(view, table.id(row)))
             }
             Some(on) => goals::velocity(table, row, on, groups, view),
@@ -151,6 +172,15 @@ pub(crate) fn plan(
         let holds = |(crossing, leave)| (leave == Leave::Wait).then_some(crossing);
         let grants = |(crossing, leave)| (leave == Leave::Go).then_some(crossing);
         if gate.is_some_and(|gate| holds(gate).is_some()) {
+            velocity = Vec2::ZERO;
+        }
+        let is_crossing = standing[row]
+            .is_some_and(|(cell, _)| view.ground.surface.cell(cell).crossing.is_some());
+        let state = table.row(row);
+        state.aside_s = (state.aside_s - view.delta_s).max(0.0);
+        if !is_crossing && let Some(aside) = in_swept_paths.aside(agents.led[row]) {
+            (velocity, state.aside_s) = (aside, ASIDE_S);
+        } else if !is_crossing && state.aside_s > 0.0 {
             velocity = Vec2::ZERO;
         }
         wanted.push(velocity);

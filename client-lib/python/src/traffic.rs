@@ -45,13 +45,15 @@ fn named(name: &str, value: f32) -> PyResult<TrafficParam> {
         "driver_spread" => TrafficParam::DriverSpread(value),
         "automatic_lights" => TrafficParam::AutomaticLights(value != 0.0),
         "cross_factor" => TrafficParam::CrossFactor(value),
+        "hybrid_physics" => TrafficParam::HybridPhysics(value != 0.0),
+        "hybrid_radius_m" => TrafficParam::HybridRadiusM(value),
         "walks_with" => TrafficParam::WalksWith(ActorId(value as u32)),
         other => {
             return Err(PyValueError::new_err(format!(
                 "unknown traffic parameter {other:?}; use speed_reduction, speed_mps, gap_m, \
                  offset_left_m, changes_lanes, keep_right, change_left, change_right, \
                  ignore_lights, ignore_signs, ignore_vehicles, ignore_walkers, driver_spread, \
-                 automatic_lights, cross_factor or walks_with"
+                 automatic_lights, cross_factor, hybrid_physics, hybrid_radius_m or walks_with"
             )));
         }
     })

@@ -106,7 +106,13 @@ impl Bridge {
 
     /// Queues what clients requested once and what holds for more than a frame.
     pub(crate) fn queue_held_motions(&mut self) {
-        self.outbox.extend(self.episode.commands(self.client.world()));
+        let Bridge { outbox, episode, client, statics, .. } = self;
+        outbox.extend(episode.commands(client.world()));
+        let actors = &episode.actors;
+        let role = |id| actors.known(id).and_then(|actor| actor.description.get("role_name"));
+        let is_hero = |id| role(id) == Some("hero");
+        outbox.extend(episode.respawn.commands(client.world(), statics.network(), is_hero));
+        outbox.extend(episode.dead_ends.commands(client.world(), statics.network()));
     }
 
     /// Removes a closed connection. After the last ticking one, other bus clients may tick.

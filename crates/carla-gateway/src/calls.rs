@@ -31,6 +31,7 @@ use crate::{
     rpc::{Handler, Peer},
     shared_bridge::SharedBridge,
     statics::SharedStatics,
+    traffic_managers::TrafficManagers,
 };
 
 /// The form of an answer.
@@ -209,12 +210,14 @@ pub(crate) struct RpcServer {
     pub(crate) bridge: Arc<SharedBridge>,
     pub(crate) statics: Arc<SharedStatics>,
     pub(crate) ports: Ports,
+    pub(crate) managers: TrafficManagers,
     pub(crate) recordings: Recordings,
 }
 
 impl Handler for RpcServer {
     fn call(&self, peer: &Peer, method: &str, params: &[Value], out: &mut Pack) {
-        if answer_static(&self.statics, self.ports, peer, method, params, out) {
+        let manager_port = |wanted: u16| self.managers.port(wanted);
+        if answer_static(&self.statics, &manager_port, peer, method, params, out) {
             return;
         }
         let Some(entry) = find(CALLS, method) else {
@@ -247,7 +250,7 @@ impl Handler for RpcServer {
 /// Answers a call that does not need the bridge; returns whether it is one.
 fn answer_static(
     statics: &SharedStatics,
-    ports: Ports,
+    manager_port: &dyn Fn(u16) -> Result<u16, RpcError>,
     peer: &Peer,
     method: &str,
     params: &[Value],
@@ -255,7 +258,7 @@ fn answer_static(
 ) -> bool {
     let Some(entry) = find(STATIC_CALLS, method) else { return false };
     answer(entry, peer, params, out, |function, args, out| {
-        function(&mut StaticCall { statics: statics.get(), args, out, peer, ports })
+        function(&mut StaticCall { statics: statics.get(), args, out, peer, manager_port })
     });
     true
 }
@@ -326,10 +329,10 @@ mod tests {
         let statics = SharedStatics::new(Arc::new(Statics::new(episode, network)));
         let address = ([127, 0, 0, 1], 2000).into();
         let peer = Peer { number: 1, address, local: address };
-        let ports = Ports { streams: 2001, manager: 8000 };
+        let port = |_: u16| Ok(8000);
         let ask = |method: &str| {
             let mut out = Pack::new();
-            assert!(answer_static(&statics, ports, &peer, method, &[], &mut out), "{method}");
+            assert!(answer_static(&statics, &port, &peer, method, &[], &mut out), "{method}");
             out.into_bytes()
         };
         let contains = |bytes: &[u8], text: &[u8]| bytes.windows(text.len()).any(|w| w == text);

@@ -20,7 +20,7 @@ use crate::{
     shared_bridge::SharedBridge,
     statics::{SharedStatics, Statics},
     stream::Streams,
-    traffic_manager::TrafficManager,
+    traffic_managers::{DEFAULT_PORT, TrafficManagers},
 };
 
 /// Where the server listens, and what its clients may write.
@@ -61,9 +61,6 @@ fn bind(config: &CarlaServerConfig, port: u16) -> Result<TcpListener, CarlaServe
     TcpListener::bind(address).map_err(|why| CarlaServerError::Listen { address, why })
 }
 
-/// CARLA's default port of the traffic manager. Clients receive the actual port, which is another
-/// one if this is taken.
-const TRAFFIC_MANAGER_PORT: u16 = 8000;
 /// Memory that requests of more than a MiB may take together.
 const LARGE_REQUESTS_MIB: usize = 1024;
 /// Longest time between two updates of a world that no client of this server ticks.
@@ -112,7 +109,7 @@ impl CarlaServer {
         ports: CarlaPorts,
         config: &CarlaServerConfig,
     ) -> Result<CarlaServer, CarlaServerError> {
-        let wanted = if config.port == 0 { 0 } else { TRAFFIC_MANAGER_PORT };
+        let wanted = if config.port == 0 { 0 } else { DEFAULT_PORT };
         let traffic_manager = bind(config, wanted).or_else(|_| bind(config, 0))?;
         let recordings = Recordings::in_folder(config.recordings.clone());
         Ok(CarlaServer { ports, traffic_manager, recordings })
@@ -127,8 +124,8 @@ impl CarlaServer {
         let port = |listener: &TcpListener| {
             listener.local_addr().map(|a| a.port()).map_err(CarlaServerError::Thread)
         };
-        let ports =
-            Ports { streams: port(&self.ports.streams)?, manager: port(&self.traffic_manager)? };
+        let ports = Ports { streams: port(&self.ports.streams)? };
+        let manager_port = port(&self.traffic_manager)?;
         let address = self.ports.calls.local_addr().map_err(CarlaServerError::Thread)?;
         if !address.ip().is_loopback() {
             log::warn!(
@@ -139,7 +136,7 @@ impl CarlaServer {
                 address.ip(),
                 address.port(),
                 ports.streams,
-                ports.manager,
+                manager_port,
                 self.recordings.describe()
             );
         }
@@ -156,13 +153,14 @@ impl CarlaServer {
         let connections = Arc::new(Connections::new());
         let shared = (&connections, &Arc::new(Pool::of_mib(LARGE_REQUESTS_MIB)));
         streams.serve(self.ports.streams, &connections).map_err(CarlaServerError::Thread)?;
-        let manager = Arc::new(TrafficManager { bridge: Arc::clone(&bridge) });
-        rpc::serve(self.traffic_manager, "carla-manager", shared, strategy, manager)
-            .map_err(CarlaServerError::Thread)?;
+        let managers =
+            TrafficManagers::serve(Arc::clone(&bridge), self.traffic_manager, strategy, shared)
+                .map_err(CarlaServerError::Thread)?;
         let server = Arc::new(RpcServer {
             bridge: Arc::clone(&bridge),
             statics,
             ports,
+            managers,
             recordings: self.recordings,
         });
         rpc::serve(self.ports.calls, "carla-calls", shared, strategy, server)

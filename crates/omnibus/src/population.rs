@@ -1,13 +1,16 @@
 //! What `omnibus run` puts into a new world: weather, vehicles, pedestrians.
 
-use std::thread::JoinHandle;
+use std::{path::PathBuf, sync::Arc, thread::JoinHandle};
 
 use anyhow::{Context, ensure};
 use bus::Instance;
-use client_lib::{ActorId, Client, TrafficParam};
+use client_lib::{ActorId, Client, ClientError, Pace, TrafficParam};
 use protocol::{Command, Weather};
 
-use crate::collect::{RoadUsers, TrafficEntry, WeatherEntry, sun_rad};
+use crate::{
+    collect::{Departures, RoadUsers, TrafficEntry, WeatherEntry, check_hybrid_radius, sun_rad},
+    launch::WorldArgs,
+};
 
 /// Arguments of `omnibus run` for the new world.
 #[derive(Clone, Debug, clap::Args)]
@@ -24,6 +27,19 @@ pub(crate) struct PopulationArgs {
     /// By how much drivers of --vehicles differ: 0 not at all, 1 as in the field, at most 3
     #[arg(long, value_name = "SPREAD", default_value_t = 1.0)]
     driver_spread: f32,
+    /// Switches hybrid physics on: vehicles that traffic drives move by a kinematic model while they
+    /// are farther than this from every hero, every actor with sensors and every vehicle that a client
+    /// drives, in metres
+    #[arg(long, value_name = "METRES")]
+    hybrid_radius: Option<f32>,
+    /// Vehicles that depart at their times, take their routes and are removed where they arrive: a route
+    /// file of SUMO, on a net that netconvert made from this map's OpenDRIVE file
+    #[arg(long, value_name = "FILE.rou.xml")]
+    routes: Option<PathBuf>,
+    /// The time of --routes at which the world begins, in seconds; vehicles that depart earlier are left
+    /// out
+    #[arg(long, value_name = "SECONDS", default_value_t = 0.0, requires = "routes")]
+    routes_begin: f64,
     /// The weather: clear, cloudy, overcast, wet, drizzle, rain, storm or fog
     #[arg(long, value_name = "NAME")]
     weather: Option<String>,
@@ -45,6 +61,15 @@ impl PopulationArgs {
         Ok(weather)
     }
 
+    /// Returns the vehicles of --routes.
+    pub(crate) fn departures(&self, world: &WorldArgs) -> anyhow::Result<Option<Departures>> {
+        let Some(path) = &self.routes else { return Ok(None) };
+        let network = Arc::new(world.network()?);
+        let departures = Departures::read(path, self.routes_begin, network, world.seed())?;
+        print_line!("{} vehicles of {} depart", departures.waiting(), path.display());
+        Ok(Some(departures))
+    }
+
     /// Puts everything into the world of a host that is about to run, by a client in a thread of its own.
     /// `None` if there is nothing to put.
     pub(crate) fn start(
@@ -53,18 +78,21 @@ impl PopulationArgs {
         in_process: bool,
         seed: u64,
         weather: Option<Weather>,
+        departures: Option<Departures>,
     ) -> anyhow::Result<Option<JoinHandle<()>>> {
         let spread = self.driver_spread;
         ensure!((0.0..=3.0).contains(&spread), "--driver-spread is {spread}; use 0 to 3");
         let factor = self.cross_factor;
         ensure!((0.0..=1.0).contains(&factor), "--cross-factor is {factor}; use 0 to 1");
-        if weather.is_none() && self.vehicles == 0 && self.walkers == 0 {
+        check_hybrid_radius("--hybrid-radius", self.hybrid_radius)?;
+        let has_users = self.vehicles > 0 || self.walkers > 0 || departures.is_some();
+        if weather.is_none() && !has_users && self.hybrid_radius.is_none() {
             return Ok(None);
         }
         let (args, instance) = (self.clone(), instance.clone());
         let populate = move || {
-            if let Err(why) = args.populate(&instance, in_process, seed, weather) {
-                log::error!("the road users of --vehicles and --walkers: {why:#}");
+            if let Err(why) = args.populate(&instance, in_process, seed, weather, departures) {
+                log::error!("the road users of --vehicles, --walkers and --routes: {why:#}");
             }
         };
         let thread = std::thread::Builder::new().name("population".into());
@@ -77,6 +105,7 @@ impl PopulationArgs {
         in_process: bool,
         seed: u64,
         weather: Option<Weather>,
+        departures: Option<Departures>,
     ) -> anyhow::Result<()> {
         const NAME: &str = "population";
         let mut client = if in_process {
@@ -91,6 +120,7 @@ impl PopulationArgs {
             vehicles: self.vehicles,
             walkers: self.walkers,
             driver_spread: self.driver_spread,
+            hybrid_radius_m: self.hybrid_radius,
             ..TrafficEntry::default()
         };
         if self.cross_factor > 0.0 {
@@ -109,6 +139,59 @@ impl PopulationArgs {
                 self.walkers
             );
         }
-        Ok(())
+        match departures {
+            Some(departures) => let_depart(departures, &mut client),
+            None => Ok(()),
+        }
     }
+}
+
+/// Lets vehicles depart in the world of a client until the host ends, or all have arrived.
+fn let_depart(mut departures: Departures, client: &mut Client) -> anyhow::Result<()> {
+    let episode = client.world().episode();
+    let mut in_barrier = false;
+    let all = departures.waiting();
+    loop {
+        let ended = |why: &ClientError| matches!(why, ClientError::HostEnded { .. });
+        match frame(&mut departures, client, &mut in_barrier) {
+            Err(why) if ended(&why) => return Ok(()),
+            Err(ClientError::Timeout { .. }) => {}
+            done => done.context("vehicles of --routes")?,
+        }
+        if client.world().episode() != episode {
+            log::warn!("another map was loaded: no more vehicles of --routes depart");
+            break;
+        }
+        if departures.are_done() {
+            print_line!("all {all} vehicles of --routes have arrived");
+            break;
+        }
+    }
+    if in_barrier {
+        client.leave_barrier()?;
+    }
+    Ok(())
+}
+
+/// Does what is to be done in a frame, and waits for the next. In synchronous mode, ticks wait for that,
+/// so that the frames of the departures do not depend on the speed of this process.
+fn frame(
+    departures: &mut Departures,
+    client: &mut Client,
+    in_barrier: &mut bool,
+) -> Result<(), ClientError> {
+    let is_synchronous = matches!(client.settings().pace, Pace::Synchronous);
+    if is_synchronous != *in_barrier {
+        if is_synchronous {
+            client.join_barrier()?;
+        } else {
+            client.leave_barrier()?;
+        }
+        *in_barrier = is_synchronous;
+    }
+    departures.advance(client)?;
+    if *in_barrier {
+        client.arrive();
+    }
+    client.await_frame().map(drop)
 }

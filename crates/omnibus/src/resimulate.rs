@@ -8,10 +8,11 @@ use anyhow::{Context, anyhow};
 use bake::Cache;
 use bus::clock;
 use protocol::{
-    ActorState, Block, Command, CommandGroup, Frame, JournalEntry, LightState, Stamp,
-    TrafficHeader, TrafficParts, VehicleControl, WalkerControl, status,
+    ActorState, Block, BundleId, BundleReceipt, Command, CommandGroup, CreateBundle, Frame,
+    JournalEntry, LightState, Name, Refusal, SensorCommand, SensorSpec, Stamp, TrafficHeader,
+    TrafficParts, VehicleControl, WalkerControl, status,
 };
-use sim_host::{Inputs, NoServices, Request, SavedState, Services, Sim, decision_hash, map_sum};
+use sim_host::{Inputs, Request, SavedState, Services, Sim, decision_hash, map_sum};
 use traffic::Planner;
 
 /// The extent of a re-simulation.
@@ -165,12 +166,25 @@ struct Resimulation {
     nanos: StepNanos,
 }
 
-/// Keeps the journal, and when the parts of a step ended.
+/// Keeps the journal, and when the parts of a step ended. Creates bundles as they were recorded.
 #[derive(Default)]
 struct TimedServices {
+    /// Ids of the bundles that are created.
+    bundles: VecDeque<u32>,
     journal: Vec<JournalEntry>,
     applied_nanos: u64,
     stepped_nanos: u64,
+}
+
+impl TimedServices {
+    /// Creates the services for these commands and their recorded outcomes.
+    fn creating(entries: &[JournalEntry]) -> TimedServices {
+        let bundles = entries.iter().filter_map(|entry| match entry.command.decode() {
+            Some(Command::CreateBundle(_)) => Some(entry.outcome.id),
+            _ => None,
+        });
+        TimedServices { bundles: bundles.collect(), ..TimedServices::default() }
+    }
 }
 
 impl Services for TimedServices {
@@ -178,6 +192,17 @@ impl Services for TimedServices {
 
     fn journal(&mut self, entry: JournalEntry) {
         self.journal.push(entry);
+    }
+
+    fn create_bundle(
+        &mut self,
+        _client: Name,
+        _bundle: &CreateBundle,
+        _sensors: &[SensorSpec],
+        _receipt: BundleReceipt,
+    ) -> Result<BundleId, Refusal> {
+        let id = self.bundles.pop_front();
+        id.map(BundleId).ok_or_else(|| Refusal::other("the recording has no such bundle"))
     }
 
     fn commands_applied(&mut self) {
@@ -233,7 +258,7 @@ impl Resimulation {
         let (early, late) =
             moment.journal.split_at_checked(moment.early as usize).context("bad journal")?;
         let (early, late) = (simulated(early), simulated(late));
-        let mut services = NoServices::default();
+        let mut services = TimedServices::creating(&early);
         let Ok(()) = self.sim.apply_between_frames(&requests(&early), &mut services);
         if let Some(what) = differing_outcome(&early, &services.journal) {
             return Ok(Some(what));
@@ -251,7 +276,7 @@ impl Resimulation {
         let decision = sim_host::Decision { parts, hash: *hash };
         let requests = requests(&late);
         let inputs = Inputs { decision: Some(decision), requests: &requests };
-        let mut services = TimedServices::default();
+        let mut services = TimedServices::creating(&late);
         let begin_nanos = clock::now_nanos();
         let Ok(_) = self.sim.step(&inputs, &mut services);
         let end_nanos = clock::now_nanos();
@@ -340,6 +365,10 @@ fn simulated(entries: &[JournalEntry]) -> Vec<JournalEntry> {
     let is_simulated = |entry: &&JournalEntry| {
         entry.command.decode().is_some_and(|command| match command.group() {
             CommandGroup::World(_) | CommandGroup::Standing(_) => true,
+            // Hybrid physics is full around actors with sensors.
+            CommandGroup::Sensor(SensorCommand::CreateBundle(_) | SensorCommand::Sensor(_)) => {
+                entry.outcome.status == status::DONE
+            }
             CommandGroup::Sensor(_) | CommandGroup::Service(_) => false,
         })
     };

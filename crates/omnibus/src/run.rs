@@ -72,6 +72,7 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         ..Settings::default()
     };
     let weather = args.population.weather()?;
+    let departures = args.population.departures(&args.world)?;
     let stop = stop_on_signals()?;
     if let Some(parent) = args.parent {
         end_with(parent)?;
@@ -88,8 +89,9 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
     print_line!("simulator {:?} runs", host.instance().id());
     let in_process = args.world.single_process;
     let gateway = GatewaySupervisor::start(&args.carla, ports, host.instance(), in_process)?;
+    let seed = args.world.seed();
     let population =
-        args.population.start(host.instance(), in_process, args.world.seed(), weather)?;
+        args.population.start(host.instance(), in_process, seed, weather, departures)?;
     let ended = host.run();
     // Its client ends with the host.
     population.map(JoinHandle::join);
@@ -153,22 +155,25 @@ pub(crate) fn collect(args: &CollectArgs) -> anyhow::Result<()> {
     if let Some(parent) = options.parent {
         end_with(parent)?;
     }
+    let map = plan.scene(options.scene.unwrap_or(0))?.map;
+    let scene_world = WorldArgs { map, seed: Some(plan.seed), ..world.clone() };
     if options.has_scene_folders() {
+        if plan.demand.routes.is_some() {
+            plan.demand.departures(scene_world.network()?, plan.seed)?;
+        }
         let collected = dataset::collect_scenes(options, &plan, &world.command_line(), &stop)?;
         if !options.json {
             print_line!("{collected}");
         }
         return write_format(options, *format);
     }
-    let map = plan.scene(options.scene.unwrap_or(0))?.map;
-    let world = WorldArgs { map, seed: Some(plan.seed), ..world.clone() };
     // Errors in the map are reported before a folder is created.
-    world.network()?;
-    let job = dataset::Job::prepare(options, plan)?;
+    let network = scene_world.network()?;
+    let job = dataset::Job::prepare(options, plan, network)?;
     let mut progress = dataset::Progress::new(options.json);
     progress.show_step("starting the simulator");
     let settings = Settings { no_rendering: 1, synchronous: 1, ..Settings::default() };
-    let host = BackgroundHost::start(&world, settings)?;
+    let host = BackgroundHost::start(&scene_world, settings)?;
     let mut client = host.connect("collect")?;
     drop(progress);
     let collected = dataset::collect(job, &mut client, &stop);

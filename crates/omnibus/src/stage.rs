@@ -12,8 +12,8 @@ use anyhow::{Context, anyhow};
 use bake::Cache;
 use bus::clock;
 use protocol::{
-    ActorState, Episode, Frame, Name, Settings, Spawn, Stamp, TrafficParts, VehicleControl,
-    Weather, WorldCommand, flag, layout,
+    ActorId, ActorState, Command, Episode, Frame, Name, Settings, Spawn, Stamp, StandingCommand,
+    TrafficParam, TrafficParts, VehicleControl, Weather, WorldCommand, flag, layout, param,
 };
 use sensor_render::{BundleJob, Scene, Tracer, pose_planes};
 use sim_host::{Decision, Inputs, NoServices, Services, Sim};
@@ -41,6 +41,15 @@ pub(crate) struct StageArgs {
     /// Vehicles in traffic
     #[arg(long, default_value_t = 50)]
     vehicles: usize,
+    /// Threads on which physics moves vehicles
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    physics_threads: usize,
+    /// Substeps of physics in a frame of 50 ms
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    substeps: u64,
+    /// Hybrid physics: full only within this distance from the first vehicle, in metres
+    #[arg(long, value_name = "METRES")]
+    hybrid_radius: Option<f32>,
     /// The camera's pixels across
     #[arg(long, default_value_t = 800)]
     width: u32,
@@ -104,7 +113,18 @@ pub(crate) fn stage(args: &StageArgs) -> anyhow::Result<()> {
             return Ok(());
         }
         Which::Tick => {
-            ("tick", tick::measure(&args.world, args.vehicles, args.warmup, args.frames())?)
+            let commands: Vec<Command> =
+                hybrid_params(args.hybrid_radius).map(Command::TrafficParam).collect();
+            let settings = settings_of(args)?;
+            let measured = tick::measure(
+                &args.world,
+                settings,
+                &commands,
+                args.vehicles,
+                args.warmup,
+                args.frames(),
+            );
+            ("tick", measured?)
         }
         Which::Physics => ("physics", alone(args, |captured| captured.physics())?),
         Which::Traffic => ("traffic", alone(args, |captured| Ok(captured.traffic()))?),
@@ -130,6 +150,26 @@ fn alone(
     Ok((measure(&captured)?, captured.vehicles.len()))
 }
 
+/// Returns the parameters that switch hybrid physics on with a radius.
+fn hybrid_params(radius_m: Option<f32>) -> impl Iterator<Item = TrafficParam> {
+    radius_m.into_iter().flat_map(|radius_m| {
+        [(param::HYBRID_RADIUS_M, radius_m), (param::HYBRID_PHYSICS, 1.0)]
+            .map(|(param, value)| TrafficParam { actor_id: ActorId::NONE, param, value })
+    })
+}
+
+/// Returns the settings of time: frames of the default length, in so many substeps.
+fn settings_of(args: &StageArgs) -> anyhow::Result<Settings> {
+    anyhow::ensure!(
+        (1..=100).contains(&args.substeps),
+        "--substeps is {}; use 1 to 100",
+        args.substeps
+    );
+    let settings = Settings::default();
+    let substep_max_nanos = settings.delta_nanos.div_ceil(args.substeps);
+    Ok(Settings { substep_max_nanos, ..settings })
+}
+
 /// The inputs of all stages, captured from a run of physics and traffic in one thread, without
 /// the bus.
 struct Captured {
@@ -137,6 +177,8 @@ struct Captured {
     town: Town,
     seed: u64,
     settings: Settings,
+    hybrid_radius_m: Option<f32>,
+    physics_threads: usize,
     vehicles: Vec<Spawn>,
     /// The controls that traffic planned on each frame, including the warm-up.
     controls: Vec<Vec<VehicleControl>>,
@@ -153,14 +195,16 @@ impl Captured {
         let mut captured = Captured {
             town: cache.town_around(&network, &open_drive, seed),
             seed,
-            settings: Settings::default(),
+            settings: settings_of(args)?,
+            hybrid_radius_m: args.hybrid_radius,
+            physics_threads: args.physics_threads,
             vehicles: Vec::new(),
             controls: Vec::new(),
             snapshots: Vec::new(),
             warmup: args.warmup as usize,
             network,
         };
-        let mut sim = captured.empty_world();
+        let mut sim = captured.empty_world()?;
         for pose in places(&captured.network, seed) {
             if captured.vehicles.len() == args.vehicles {
                 break;
@@ -168,6 +212,7 @@ impl Captured {
             let spawn = Spawn {
                 blueprint: Name::new(crate::collect::EGO),
                 flags: flag::AUTOPILOT,
+                role: Name::new(if captured.vehicles.is_empty() { "hero" } else { "" }),
                 pose,
                 ..Spawn::default()
             };
@@ -187,8 +232,16 @@ impl Captured {
         Ok(captured)
     }
 
-    fn empty_world(&self) -> Sim {
-        Sim::new(&self.town, self.seed)
+    fn empty_world(&self) -> anyhow::Result<Sim> {
+        let mut sim = Sim::new(&self.town, self.seed);
+        sim.world_mut().set_threads(self.physics_threads);
+        let hybrid = hybrid_params(self.hybrid_radius_m).map(StandingCommand::TrafficParam);
+        let settings = StandingCommand::SetSettings(self.settings);
+        for command in std::iter::once(settings).chain(hybrid) {
+            let outcome = sim.apply_standing(&command, sim.stamp());
+            outcome.map_err(|why| anyhow!("{}", why.reason))?;
+        }
+        Ok(sim)
     }
 
     fn stamp(&self, frame: u64) -> Stamp {
@@ -198,7 +251,7 @@ impl Captured {
 
     /// Returns the time that physics takes for each step of the same drive, with the recorded controls.
     fn physics(&self) -> anyhow::Result<Vec<u64>> {
-        let mut sim = self.empty_world();
+        let mut sim = self.empty_world()?;
         for spawn in &self.vehicles {
             let spawned = sim.apply_world(&WorldCommand::Spawn(*spawn));
             spawned.map_err(|why| anyhow!("spawn: {why}"))?;

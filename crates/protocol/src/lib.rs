@@ -104,7 +104,7 @@ pub use standing_state::StandingState;
 pub use street::{SetStreetLights, street_light};
 pub use street_lights::{StreetLightState, StreetLights};
 pub use traffic::{LightState, TrafficHeader, TrafficLayout, TrafficParts, WalkerControl};
-pub use traffic_param::{TrafficParam, param};
+pub use traffic_param::{HYBRID_RADIUS_M, TrafficParam, param};
 pub use v2x::{
     CamReading, CamSpec, MessageReading, MessageSpec, RadioSpec, TEXT_BYTES, Transmit, radio,
 };

@@ -96,6 +96,11 @@ impl StandingState {
         }
     }
 
+    /// Returns the value of a parameter of traffic for one actor, or with [`ActorId::NONE`] for all.
+    pub fn traffic_param(&self, actor: ActorId, param: u32) -> Option<f32> {
+        self.traffic_params.get(&(actor, param)).map(|set| set.value)
+    }
+
     /// Removes what this frame was the last to show.
     pub fn end_frame(&mut self, stamp: Stamp) {
         self.shapes.end_frame(stamp);

@@ -16,6 +16,9 @@ pub struct TrafficParam {
     pub value: f32,
 }
 
+/// Radius of hybrid physics unless [`param::HYBRID_RADIUS_M`] sets another, as in CARLA. Metres.
+pub const HYBRID_RADIUS_M: f32 = 50.0;
+
 /// Values of [`TrafficParam::param`].
 pub mod param {
     /// Reduction of the speed limit as a fraction: 0.3 is 30 % slower, −0.2 is 20 % faster.
@@ -63,6 +66,12 @@ pub mod param {
     pub const WALKER_SEED: u32 = 18;
     /// Of a walker: the id of the walker with which it goes, 0 for none.
     pub const WALKS_WITH: u32 = 19;
+    /// For every vehicle: 1 switches hybrid physics on, 0, the default, off. Vehicles on autopilot that
+    /// are farther than [`HYBRID_RADIUS_M`] from every vehicle with the role name `hero`, every actor
+    /// with sensors and every vehicle that a client drives are moved by a kinematic model.
+    pub const HYBRID_PHYSICS: u32 = 20;
+    /// For every vehicle: the radius of hybrid physics, metres; [`crate::HYBRID_RADIUS_M`] by default.
+    pub const HYBRID_RADIUS_M: u32 = 21;
     /// Plus the id of an actor: 1 ignores that actor, 0 does not, whatever the fractions say.
     pub const IGNORE_ACTOR: u32 = 1 << 31;
 

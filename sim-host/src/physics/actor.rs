@@ -1,11 +1,13 @@
 //! An actor's body, and the model that moves it.
 
 use glam::Vec3;
-use rapier3d::prelude::{ColliderHandle, Pose, RigidBody, RigidBodyHandle};
+use rapier3d::prelude::{ColliderHandle, PhysicsWorld, Pose, RigidBody, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
 use super::{
+    body_state::BodyState,
     digest::Digest,
+    mark,
     motion::{Twist, Wrench},
     prop::Prop,
     tuning,
@@ -67,6 +69,12 @@ pub(super) struct Actor {
     pub teleport: Teleport,
     /// The motion of a kinematic vehicle while its body is out of the rigid-body world.
     pub far: Option<FarMotion>,
+    /// Whether the actor is a vehicle that moves alone in this frame, its body disabled.
+    pub solo: bool,
+    /// Whether the actor is a vehicle that a kinematic model moves; its body is disabled.
+    pub dormant: bool,
+    /// States of a solo vehicle at the end of each substep, during a frame only.
+    pub path: Vec<BodyState>,
 }
 
 /// The motion of a vehicle that is far from others.
@@ -77,7 +85,36 @@ pub(super) struct FarMotion {
     pub velocity: Twist,
 }
 
+/// Takes a vehicle out of the rigid-body world. Its collider has no body then: the broad phase would
+/// visit one that moves, and all static boxes with it, in every frame.
+pub(super) fn take_out(world: &mut PhysicsWorld, actor: &Actor) {
+    let PhysicsWorld { bodies, colliders, .. } = world;
+    colliders.set_parent(actor.collider, None, bodies);
+    colliders[actor.collider].set_enabled(false);
+    bodies[actor.body].set_enabled(false);
+}
+
+/// Puts a vehicle that was taken out back into the rigid-body world.
+pub(super) fn put_back(world: &mut PhysicsWorld, actor: &Actor) {
+    let PhysicsWorld { bodies, colliders, .. } = world;
+    bodies[actor.body].set_enabled(true);
+    colliders.set_parent(actor.collider, Some(actor.body), bodies);
+    let collider = &mut colliders[actor.collider];
+    collider.set_position_wrt_parent(actor.collider_in_body());
+    collider.set_enabled(!actor.collisions_disabled);
+}
+
 impl Actor {
+    /// Returns the pose of the first collider in body axes.
+    pub(super) fn collider_in_body(&self) -> Pose {
+        let middle_m = match &self.kind {
+            Kind::Vehicle(vehicle) => vehicle.own.box_center_m,
+            Kind::Prop(prop) => Vec3::Z * prop.model.half_extents_m.z,
+            Kind::Walker(walker) => walker.model.middle_m(),
+        };
+        Pose::from_translation(middle_m)
+    }
+
     /// Returns the handles of the actor's body and of the limbs attached to it.
     pub(super) fn bodies(&self) -> impl Iterator<Item = RigidBodyHandle> + use<> {
         let limbs = match &self.kind {
@@ -93,7 +130,8 @@ pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
     let mut digest = Digest::default();
     let (arena, generation) = actor.body.into_raw_parts();
     digest.pair(actor.id, arena);
-    digest.pair(generation, u32::from(actor.kinematic));
+    let is_disabled = u32::from(!body.is_enabled());
+    digest.pair(generation, u32::from(actor.kinematic) | is_disabled << 1);
     digest.vector(body.translation());
     let turn = body.rotation();
     digest.pair(turn.x.to_bits(), turn.y.to_bits());
@@ -110,6 +148,8 @@ pub(super) fn digest_of(body: &RigidBody, actor: &Actor) -> u64 {
         digest.vector(actor.kinematic_velocity.linear_mps);
         digest.vector(actor.kinematic_velocity.angular_radps);
     }
+    // That sensors are mounted changes no hash: what follows from it is in the other mark.
+    digest.word((body.user_data & (mark::DORMANT | mark::DRIVEN)) as u64);
     digest.pair(actor.gravity_disabled.into(), actor.collisions_disabled.into());
     digest.vector(actor.external_force.force_n);
     digest.vector(actor.external_force.torque_nm);

@@ -6,12 +6,17 @@
 
 use std::ops::Deref;
 
-use super::{actor::Actor, digest::Digest};
+use super::{actor::Actor, digest::Digest, parallel::for_each};
+
+/// Actors per thread that are worth a thread.
+const LEAST_DIGESTS: usize = 1000;
 
 /// The actors, sorted by id.
 #[derive(Default)]
 pub(super) struct ActorList {
     actors: Vec<Actor>,
+    /// Their ids: a search reads few cache lines.
+    ids: Vec<u32>,
     /// For each actor, its digest if it sleeps.
     sleeping: Vec<Option<u64>>,
 }
@@ -28,7 +33,13 @@ impl ActorList {
     /// Creates a list from actors sorted by id, all awake.
     pub(super) fn new(actors: Vec<Actor>) -> ActorList {
         let sleeping = vec![None; actors.len()];
-        ActorList { actors, sleeping }
+        let ids = actors.iter().map(|actor| actor.id).collect();
+        ActorList { actors, ids, sleeping }
+    }
+
+    /// Returns the index of the actor with this id.
+    pub(super) fn index_of(&self, id: u32) -> Option<usize> {
+        self.ids.binary_search(&id).ok()
     }
 
     /// Wakes an actor and returns it for a change.
@@ -38,13 +49,15 @@ impl ActorList {
     }
 
     pub(super) fn insert(&mut self, actor: Actor) {
-        let at = self.actors.partition_point(|a| a.id < actor.id);
+        let at = self.ids.partition_point(|id| *id < actor.id);
+        self.ids.insert(at, actor.id);
         self.actors.insert(at, actor);
         self.sleeping.insert(at, None);
     }
 
     pub(super) fn remove(&mut self, index: usize) -> Actor {
         self.sleeping.remove(index);
+        self.ids.remove(index);
         self.actors.remove(index)
     }
 
@@ -72,10 +85,18 @@ impl ActorList {
         }
     }
 
-    /// Appends the digest of each actor to `sum`.
-    pub(super) fn hash(&self, sum: &mut Digest, digest: impl Fn(&Actor) -> u64) {
-        for (actor, sleeping) in self.actors.iter().zip(&self.sleeping) {
-            sum.word(sleeping.unwrap_or_else(|| digest(actor)));
-        }
+    /// Appends the digest of each actor to `sum`, computed on at most `threads` threads.
+    pub(super) fn hash(
+        &self,
+        sum: &mut Digest,
+        threads: usize,
+        digest: impl Fn(&Actor) -> u64 + Sync,
+    ) {
+        let mut digests: Vec<(&Actor, Option<u64>)> =
+            self.actors.iter().zip(self.sleeping.iter().copied()).collect();
+        for_each(&mut digests, threads, LEAST_DIGESTS, |(actor, known)| {
+            known.get_or_insert_with(|| digest(actor));
+        });
+        digests.iter().for_each(|(_, known)| sum.word(known.unwrap_or_default()));
     }
 }

@@ -87,8 +87,8 @@ impl VehicleModel {
         self.frontal_m2 = fittings.frontal_m2;
         self.abs = fittings.aids != Aids::None;
         self.stability_control = fittings.aids == Aids::Esc;
-        if matches!(self.class, Class::Truck | Class::Bus | Class::Bicycle) {
-            // Their brakes are weaker than their tyres.
+        if self.class.leans() || matches!(self.class, Class::Truck | Class::Bus) {
+            // Their brakes are weaker than their tyres: two-wheelers would lift the rear wheel.
             self.brake_with(fittings.braking_g, 1.0);
             return self;
         }

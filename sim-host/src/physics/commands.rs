@@ -32,6 +32,8 @@ impl Physics {
             limbs.remove(&mut self.world);
         }
         self.world.remove_body(actor.body);
+        // The collider of a solo vehicle has no body.
+        self.world.remove_collider(actor.collider);
         self.touching.retain(|pair| pair.0 != id.0 && pair.1 != Touched::Actor(id.0));
         self.collisions.retain(|c| c.actor != id && c.other != id);
         self.colliding.retain(|other| *other != id.0);

@@ -9,7 +9,7 @@ use super::{
     collision_groups::SOLID,
     door_model::{DoorModel, OpenDoor},
     error::PhysicsError,
-    world::Physics,
+    world::{Physics, bring_near},
 };
 
 impl Physics {
@@ -49,6 +49,7 @@ impl Physics {
             }
         }
         let actor = self.actors.wake(index);
+        bring_near(&mut self.world, actor);
         for model in opening {
             let half = model.half_extents_m;
             let collider = ColliderBuilder::cuboid(half.x, half.y, half.z)

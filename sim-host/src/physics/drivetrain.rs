@@ -233,6 +233,39 @@ impl Drivetrain {
         drive
     }
 
+    /// Computes the effect on wheels that roll at `wheel_radps`, with the engine and the clutch in a
+    /// steady state. The engine continues from it.
+    pub(super) fn steady(&mut self, model: &VehicleModel, wheel_radps: f32) -> Drive {
+        let ratio = self.ratio(model);
+        let engine = &model.engine;
+        let idle_radps = engine.idle_rpm / RPM_PER_RADPS;
+        if ratio == 0.0 {
+            self.engine_radps = self.engine_radps.max(idle_radps);
+            return Drive::default();
+        }
+        let input_radps = ratio * wheel_radps;
+        self.locked = idle_radps == 0.0 || input_radps >= self.release_share() * idle_radps;
+        let efficiency = model.gearbox.efficiency;
+        if self.locked {
+            self.engine_radps = input_radps;
+            let torque = self.engine_nm(model);
+            let lost = if torque > 0.0 { efficiency } else { 1.0 };
+            let inertia_kgm2 = engine.inertia_kgm2 * ratio * ratio;
+            return Drive { torque_nm: torque * ratio * lost, damping_nmsprad: 0.0, inertia_kgm2 };
+        }
+        if self.throttle == 0.0 {
+            self.engine_radps = idle_radps;
+            return Drive::default();
+        }
+        // The engine rises to the speed at which the slipping clutch carries its torque.
+        let clutch_nm = model.gearbox.clutch_nm.max(1.0);
+        let full_nm = self.throttle * engine.torque_nm(1.5 * engine.idle_rpm);
+        let engagement = (full_nm / clutch_nm).min(1.0).sqrt();
+        self.engine_radps = idle_radps * (1.05 + 0.9 * engagement);
+        let torque = self.engine_nm(model).clamp(0.0, clutch_nm);
+        Drive { torque_nm: torque * ratio * efficiency, ..Drive::default() }
+    }
+
     /// Locks the clutch or slips it; called once per sub-iteration after the wheels moved.
     pub(super) fn update_clutch(&mut self, model: &VehicleModel, wheel_radps: f32) {
         let ratio = self.ratio(model);

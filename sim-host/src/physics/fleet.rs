@@ -106,7 +106,7 @@ pub(super) static FLEET: [Fittings; 41] = [
     row("vehicle.ford.crown", petrol(151.0, FOUR), 208.0, (0.37, 2.40), 0.85, Abs),
     row("vehicle.ford.mustang", Combustion { power_kw: 128.0, max_rpm: 5400.0, gears: THREE }, 187.0, (0.46, 2.00), 0.75, None),
     row("vehicle.gazelle.omafiets", Rider, 32.0, (1.0, 0.6), 0.45, None),
-    row("vehicle.harley-davidson.low_rider", motorcycle(62.0, 5500.0), 175.0, (0.8, 0.75), 0.88, Abs),
+    row("vehicle.harley-davidson.low_rider", motorcycle(58.0, 5500.0), 175.0, (0.72, 0.75), 0.88, Abs),
     row("vehicle.jeep.wrangler_rubicon", petrol(163.0, FIVE), 180.0, (0.45, 2.75), 0.90, Esc),
     row("vehicle.kawasaki.ninja", motorcycle(52.0, 12000.0), 188.0, (0.6, 0.65), 0.93, Abs),
     row("vehicle.lincoln.mkz_2017", petrol(195.0, SIX), 209.0, (0.28, 2.30), 0.92, Esc),

@@ -4,8 +4,12 @@ use glam::Vec3;
 use protocol::ActorId;
 
 use super::{
-    actor::Kind, error::PhysicsError, limits::check_length, rigid_body::limit_speeds,
-    walker::Walker, world::Physics,
+    actor::Kind,
+    error::PhysicsError,
+    limits::check_length,
+    rigid_body::limit_speeds,
+    walker::Walker,
+    world::{Physics, bring_near},
 };
 
 /// Largest impulse and force: the change of velocity in one frame that the solver tolerates.
@@ -104,6 +108,7 @@ impl Physics {
     pub fn set_collisions(&mut self, id: ActorId, on: bool) -> Result<(), PhysicsError> {
         let index = self.find(id)?;
         let actor = self.actors.wake(index);
+        bring_near(&mut self.world, actor);
         actor.collisions_disabled = !on;
         if let Kind::Walker(Walker { limbs: Some(limbs), .. }) = &actor.kind {
             limbs.set_collisions(&mut self.world, actor.body, on);

@@ -9,6 +9,7 @@ use rapier3d::prelude::{MassProperties, Pose, SharedShape};
 
 use super::{
     actor::{Actor, Kind},
+    body_state::BodyState,
     collision::{Pair, Push, Touched},
     door_model::DoorModel,
     overlap::touch,
@@ -28,14 +29,17 @@ impl Physics {
         }
         let mut obstacles = Vec::new();
         for actor in self.actors.iter().filter(|actor| !actor.collisions_disabled) {
-            let body = self.body(actor);
-            let velocity_mps =
-                if actor.kinematic { actor.kinematic_velocity.linear_mps } else { body.linvel() };
+            let BodyState { pose, velocity } = self.body_state(actor);
+            let velocity_mps = if actor.kinematic {
+                actor.kinematic_velocity.linear_mps
+            } else {
+                velocity.linear_mps
+            };
             let mut add = |center_m: Vec3, half_m: Vec3, turn: Quat| {
                 obstacles.push(Obstacle {
                     actor: actor.id,
-                    center_m: body.position() * center_m,
-                    axes: Mat3::from_quat(*body.rotation() * turn),
+                    center_m: pose * center_m,
+                    axes: Mat3::from_quat(pose.rotation * turn),
                     half_m,
                     velocity_mps,
                 });
@@ -61,7 +65,7 @@ impl Physics {
     /// Applies the reaction of pushed walkers to the actors that push them.
     pub(super) fn push_back(&mut self) {
         for push in &self.pushes {
-            let Ok(index) = self.actors.binary_search_by_key(&push.by, |a| a.id) else { continue };
+            let Some(index) = self.actors.index_of(push.by) else { continue };
             let body = &mut self.world.bodies[self.actors[index].body];
             // Kinematic bodies have infinite mass, and rapier ignores the impulse.
             body.apply_impulse(push.impulse_ns, true);

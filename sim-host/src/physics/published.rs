@@ -68,7 +68,7 @@ impl Physics {
             state.steer = pedals.steer;
             state.gear = vehicle.state.drivetrain.reported_gear();
             state.engine_rpm = rounded(vehicle.state.drivetrain.rpm(), parts::ENGINE);
-            state.wheel_steer_rad = rounded(vehicle.state.steer_rad, parts::WHEEL);
+            state.wheel_steer_rad = rounded(vehicle.state.wheel_steer_rad(), parts::WHEEL);
             state.wheel_spin_rad = rounded(vehicle.wheel_angle_rad(), parts::WHEEL);
         }
         if let Kind::Walker(walker) = &actor.kind {
@@ -93,7 +93,8 @@ impl Physics {
         let mut digest = Digest::default();
         digest.word(self.actors.len() as u64);
         digest.word(self.grip.to_bits().into());
-        self.actors.hash(&mut digest, |actor| digest_of(self.body(actor), actor));
+        let digest_one = |actor: &Actor| digest_of(self.body(actor), actor);
+        self.actors.hash(&mut digest, self.threads, digest_one);
         for limb in self.actors.iter().flat_map(|actor| actor.bodies().skip(1)) {
             let body = &self.world.bodies[limb];
             digest.vector(body.translation());

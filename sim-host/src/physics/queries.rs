@@ -7,10 +7,15 @@ use rapier3d::{
         query::{Ray, ShapeCastOptions, cast_shapes},
         shape::{Ball, Shape},
     },
-    prelude::Pose,
+    prelude::{Collider, Pose},
 };
 
-use super::{actor::Kind, motion::Twist, rigid_body::origin_mps, world::Physics};
+use super::{
+    actor::{Actor, Kind},
+    body_state::BodyState,
+    motion::Twist,
+    world::Physics,
+};
 
 /// The motion of a body at one moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,12 +43,12 @@ impl Physics {
     /// Returns the motion of an actor's body, or `None` if the actor has none.
     pub fn motion(&self, id: ActorId) -> Option<BodyMotion> {
         let actor = &self.actors[self.find(id).ok()?];
-        let body = self.body(actor);
-        let pose = BusPose::new(body.translation(), *body.rotation());
+        let BodyState { pose, velocity } = self.body_state(actor);
+        let pose = BusPose::new(pose.translation, pose.rotation);
         let velocity = if actor.kinematic {
             actor.kinematic_velocity
         } else {
-            Twist { linear_mps: origin_mps(body), angular_radps: body.angvel() }
+            Twist { linear_mps: self.origin_mps(actor), ..velocity }
         };
         Some(BodyMotion {
             pose,
@@ -57,6 +62,17 @@ impl Physics {
         let actor = &self.actors[self.find(id).ok()?];
         let Kind::Vehicle(vehicle) = &actor.kind else { return None };
         vehicle.wheel_speed_mps()
+    }
+
+    /// Returns the pose of a collider of an actor: the rigid-body world does not move those of
+    /// disabled bodies.
+    fn collider_pose(&self, actor: &Actor, collider: &Collider) -> Pose {
+        if actor.far.is_none() && !actor.solo {
+            return *collider.position();
+        }
+        let local = collider.position_wrt_parent().copied();
+        let local = local.unwrap_or_else(|| actor.collider_in_body());
+        self.body_state(actor).pose * local
     }
 
     /// Casts a sphere from `from` along the unit vector `ahead`, up to `reach_m`. Returns the
@@ -87,11 +103,11 @@ impl Physics {
             }
         };
         for actor in self.actors.iter().filter(|a| a.id != excluded.0 && !a.collisions_disabled) {
-            for collider in self.body(actor).colliders() {
-                let Some(collider) = self.world.colliders.get(*collider) else { continue };
-                let bounds = collider.shape().compute_bounding_sphere(collider.position());
+            for collider in self.colliders(actor) {
+                let pose = self.collider_pose(actor, collider);
+                let bounds = collider.shape().compute_bounding_sphere(&pose);
                 if bounds.center.distance(middle) <= near_m + bounds.radius {
-                    let found = cast(reach_m, collider.position(), collider.shape());
+                    let found = cast(reach_m, &pose, collider.shape());
                     take(found, CastHit::Actor(ActorId(actor.id)));
                 }
             }
@@ -137,7 +153,7 @@ impl Physics {
         let mut actors = Vec::new();
         for actor in self.actors.iter().filter(|a| !excluded.contains(&ActorId(a.id))) {
             let Some(collider) = self.world.colliders.get(actor.collider) else { continue };
-            if meets(collider.position(), collider.shape()) {
+            if meets(&self.collider_pose(actor, collider), collider.shape()) {
                 actors.push(ActorId(actor.id));
             }
         }

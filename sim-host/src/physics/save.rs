@@ -12,6 +12,7 @@ use super::{
     collision::Pair,
     digest::digest,
     error::PhysicsError,
+    mark,
     model::VehicleModel,
     motion::{Twist, Wrench},
     prop::Prop,
@@ -22,7 +23,7 @@ use super::{
 };
 
 /// Version of the layout and meaning of the bytes.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 #[derive(Serialize, Deserialize)]
 struct SavedActor {
@@ -168,6 +169,9 @@ impl Physics {
                 external_force: saved.external_force,
                 teleport: saved.teleport,
                 far: None,
+                solo: false,
+                dormant: world.bodies[saved.body].user_data & mark::DORMANT != 0,
+                path: Vec::new(),
             });
         }
         self.world = world;

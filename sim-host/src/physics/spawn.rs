@@ -172,6 +172,9 @@ impl Physics {
             external_force: Wrench::default(),
             teleport: Teleport::default(),
             far: None,
+            solo: false,
+            dormant: false,
+            path: Vec::new(),
         };
         self.actors.insert(actor);
         Ok(())

@@ -6,6 +6,10 @@
 //! Systems: 5 Years of Experience, SAE 2000-01-1633; Rajamani, Vehicle Dynamics and Control, 2nd
 //! ed., section 8.2). A vehicle that turns further brakes its outer front wheel, one that turns
 //! less its inner rear wheel. The engine's power is reduced meanwhile.
+//!
+//! A rider of a two-wheeler corrects the same difference with the handlebar, as far as it goes
+//! without a torque: with an unloaded rear wheel, two wheels in line are unstable in yaw above a
+//! critical speed (Rajamani, ibid., section 3.3), which hard braking lowers to about 40 km/h.
 
 use serde::{Deserialize, Serialize};
 
@@ -17,7 +21,7 @@ use super::{
 /// Slowest speed at which the control acts.
 const ABOVE_MPS: f32 = 4.0;
 /// Lag of a car's yaw rate after its steering.
-const LAG_S: f32 = 0.12;
+pub(super) const LAG_S: f32 = 0.12;
 /// Fraction of the tyres' friction that the reference uses.
 const FRICTION_SHARE: f32 = 0.92;
 /// Differences of yaw rate and slip angles below which the control does not act.
@@ -31,6 +35,10 @@ const SLIP_GAIN_PER_S: f32 = 2.5;
 const INNER_SHARE: f32 = 0.4;
 /// Difference of yaw rate at which the engine's power is cut.
 const CUT_RADPS: f32 = 0.25;
+/// Steering angle of a rider per difference of yaw rate.
+const RIDER_GAIN_S: f32 = 0.15;
+/// Largest steering angle of that correction.
+const RIDER_MAX_RAD: f32 = 0.35;
 
 /// What the control needs to know of a model.
 #[derive(Debug)]
@@ -73,6 +81,18 @@ impl StabilityModel {
     }
 }
 
+impl StabilityModel {
+    /// Returns the yaw rate of the linear bicycle model in a steady curve, within the friction of
+    /// the tyres. `friction` is a factor on it.
+    pub(super) fn steady_yaw_radps(&self, steer_rad: f32, forward_mps: f32, friction: f32) -> f32 {
+        let steady = forward_mps * steer_rad.tan()
+            / (self.wheelbase_m + self.understeer * forward_mps * forward_mps);
+        let speed = forward_mps.abs().max(0.1);
+        let most = FRICTION_SHARE * self.grip * friction * GRAVITY_MPS2 / speed;
+        steady.clamp(-most, most)
+    }
+}
+
 /// What the control does: brake torques on the left wheel, or if negative on the right one, and the
 /// fraction of the throttle that remains.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,6 +115,11 @@ pub(super) struct Stability {
 }
 
 impl Stability {
+    /// Sets the yaw rate from which the reference continues.
+    pub(super) fn set_reference(&mut self, yaw_radps: f32) {
+        self.reference_radps = yaw_radps;
+    }
+
     /// Advances the reference and returns the intervention. `friction` is a factor on the friction
     /// of the tyres.
     pub(super) fn regulate(
@@ -105,21 +130,12 @@ impl Stability {
         friction: f32,
         dt: f32,
     ) -> Intervention {
+        let Some(error) = self.advance(model, steer_rad, motion, friction, dt) else {
+            return Intervention::NONE;
+        };
         let velocity = motion.axes.transpose() * motion.velocity_mps;
         let yaw_radps = motion.spin_radps.dot(motion.axes.z_axis);
-        let forward_mps = velocity.x;
-        if forward_mps < ABOVE_MPS {
-            self.reference_radps = yaw_radps;
-            return Intervention::NONE;
-        }
-        let steady = forward_mps * steer_rad.tan()
-            / (model.wheelbase_m + model.understeer * forward_mps * forward_mps);
-        let most = FRICTION_SHARE * model.grip * friction * GRAVITY_MPS2 / forward_mps;
-        let steady = steady.clamp(-most, most);
-        self.reference_radps += (steady - self.reference_radps) * dt / (LAG_S + dt);
-
-        let error = yaw_radps - self.reference_radps;
-        let slip_rad = (velocity.y / forward_mps).atan();
+        let slip_rad = (velocity.y / velocity.x).atan();
         let excess =
             beyond(error, YAW_FREE_RADPS) - SLIP_GAIN_PER_S * beyond(slip_rad, SLIP_FREE_RAD);
         if excess == 0.0 {
@@ -137,6 +153,41 @@ impl Stability {
             let rear_nm = torque_nm.clamp(-rear_most, rear_most);
             Intervention { front_nm: 0.0, rear_nm, throttle }
         }
+    }
+
+    /// Advances the reference and returns the steering angle by which the rider of a two-wheeler
+    /// corrects the yaw rate, positive to the left. `steer_rad` is without that correction.
+    pub(super) fn counter_steer(
+        &mut self,
+        model: &StabilityModel,
+        steer_rad: f32,
+        motion: &Motion,
+        friction: f32,
+        dt: f32,
+    ) -> f32 {
+        let error = self.advance(model, steer_rad, motion, friction, dt).unwrap_or(0.0);
+        (-RIDER_GAIN_S * error).clamp(-RIDER_MAX_RAD, RIDER_MAX_RAD)
+    }
+
+    /// Advances the reference towards that of a steady curve and returns the difference of the yaw rate from
+    /// it; `None` below the speed from which on it counts.
+    fn advance(
+        &mut self,
+        model: &StabilityModel,
+        steer_rad: f32,
+        motion: &Motion,
+        friction: f32,
+        dt: f32,
+    ) -> Option<f32> {
+        let forward_mps = motion.velocity_mps.dot(motion.axes.x_axis);
+        let yaw_radps = motion.spin_radps.dot(motion.axes.z_axis);
+        if forward_mps < ABOVE_MPS {
+            self.reference_radps = yaw_radps;
+            return None;
+        }
+        let steady = model.steady_yaw_radps(steer_rad, forward_mps, friction);
+        self.reference_radps += (steady - self.reference_radps) * dt / (LAG_S + dt);
+        Some(yaw_radps - self.reference_radps)
     }
 }
 

@@ -16,20 +16,25 @@ pub struct SyntheticLoad {
 impl SyntheticLoad {
     /// Spawns `cars` sedans, 16 m apart, on a plain of triangles with edges of 2 m.
     pub fn new(cars: u32) -> SyntheticLoad {
+        SyntheticLoad::spaced(cars, 16.0)
+    }
+
+    /// As [`SyntheticLoad::new`], with the cars `apart_m` metres apart, at least 6.
+    pub fn spaced(cars: u32, apart_m: f32) -> SyntheticLoad {
         let columns = f64::from(cars).sqrt().ceil() as u32;
-        let side_m = columns as f32 * 16.0 + 400.0;
+        let side_m = columns as f32 * apart_m + 400.0;
         let ground = Arc::new(Ground::new(&plain(side_m, 2.0)));
         let mut physics = Physics::new(ground, &[]);
         let model = Arc::new(VehicleModel::sedan());
         for car in 0..cars {
             let (column, row) = (car % columns, car / columns);
             let middle = (columns as f32 - 1.0) / 2.0;
-            let x = (column as f32 - middle) * 16.0;
-            let y = (row as f32 - middle) * 16.0;
+            let x = (column as f32 - middle) * apart_m;
+            let y = (row as f32 - middle) * apart_m;
             let pose = Pose::level(Vec3::new(x, y, bump(x, y) + 0.3), car as f32 * 0.9);
             physics
                 .spawn_vehicle(ActorId(car + 1), &model, &pose, false)
-                .expect("cars 16 m apart do not overlap");
+                .expect("cars 6 m apart do not overlap");
         }
         SyntheticLoad { physics, frame: 0 }
     }
@@ -51,6 +56,25 @@ impl SyntheticLoad {
         }
         self.physics.step(delta_nanos, substep_max_nanos);
         self.frame += 1;
+    }
+
+    /// Sets the number of threads on which the cars move.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.physics.set_threads(threads);
+    }
+
+    /// Restores a saved state of the physics after `frame` frames.
+    #[cfg(test)]
+    pub(super) fn restore(&mut self, saved: &[u8], frame: u64) {
+        self.physics.restore(saved).expect("the state is one of this load");
+        self.frame = frame;
+    }
+
+    /// Makes the first `cars` cars dormant that may be.
+    pub fn make_dormant(&mut self, cars: u32) {
+        for id in (1..=cars).map(ActorId) {
+            self.physics.set_dormant(id, true).expect("the car was spawned");
+        }
     }
 
     /// Returns the physics world.

@@ -46,7 +46,7 @@ impl Vehicle {
         let place = self.prepared.order.iter().position(|i| *i == index)?;
         let (state, lane) = (self.state.banks.get(place / 4)?, place % 4);
         let of = |lanes: wide::f32x4| lanes.to_array()[lane];
-        let heading = self.prepared.heading(wheel, self.state.steer_rad);
+        let heading = self.prepared.heading(wheel, self.state.wheel_steer_rad());
         let arm = motion.axes * (wheel.hub_m - self.prepared.model.com_m);
         let velocity = motion.axes.transpose() * motion.velocity_at(arm);
         let along_mps = velocity.dot(heading);

@@ -13,6 +13,7 @@ use super::{
     door_model::{DoorModel, OpenDoor},
     drivetrain::{Demand, Drivetrain},
     ground::CachedTriangle,
+    kinematic::KinematicModel,
     model::{GRAVITY_MPS2, LeanModel, VehicleModel, WheelModel},
     motion::{Motion, Wrench},
     pedals::Pedals,
@@ -35,13 +36,14 @@ const BANKS_MAX: usize = 2;
 pub(super) struct Prepared {
     pub model: Arc<VehicleModel>,
     banks: Vec<WheelBank>,
+    pub kinematic: KinematicModel,
     /// Index of the wheel in each lane of the banks.
     pub order: Vec<usize>,
     /// Distance from the turning line to the foremost axle.
     wheelbase_m: f32,
     /// The turning line in vehicle space: the line through the centre of rotation, parallel to y.
-    rear_x_m: f32,
-    stability: StabilityModel,
+    pub rear_x_m: f32,
+    pub stability: StabilityModel,
 }
 
 impl Prepared {
@@ -58,7 +60,8 @@ impl Prepared {
         let (banks, order) = (banks(&model, rear_x_m), lane_order(&model));
         let wheelbase_m = (front - rear_x_m).max(0.3);
         let stability = StabilityModel::new(&model, wheelbase_m);
-        Prepared { banks, order, wheelbase_m, rear_x_m, stability, model }
+        let kinematic = KinematicModel::new(&model);
+        Prepared { banks, kinematic, order, wheelbase_m, rear_x_m, stability, model }
     }
 }
 
@@ -85,8 +88,11 @@ impl Prepared {
 pub(super) struct VehicleState {
     pub banks: Vec<WheelBankState>,
     pub drivetrain: Drivetrain,
-    /// Steering angle in the middle of the front axle, positive to the left.
+    /// Steering angle in the middle of the front axle that the controls command, positive to the
+    /// left.
     pub steer_rad: f32,
+    /// What the rider of a two-wheeler adds to it against a slide.
+    pub counter_steer_rad: f32,
     pub control: Pedals,
     pub stability: Stability,
     /// The Ackermann controller, once a command has used it.
@@ -143,6 +149,18 @@ impl Vehicle {
         }
     }
 
+    /// Returns the sum of the wheel loads.
+    pub(super) fn load_n(&self) -> f32 {
+        self.state.banks.iter().map(|bank| bank.load_n.reduce_add()).sum()
+    }
+
+    /// Advances the rotation angles of the wheels.
+    pub(super) fn advance_angles(&mut self, dt: f32) {
+        for (bank, state) in self.prepared.banks.iter().zip(&mut self.state.banks) {
+            bank.advance_angles(state, dt);
+        }
+    }
+
     /// Returns the open doors, by index.
     pub(super) fn open_doors(&self) -> impl Iterator<Item = &DoorModel> {
         self.state.doors.iter().map(|door| &door.model)
@@ -162,6 +180,17 @@ impl Vehicle {
         external: &Wrench,
         dt: f32,
     ) -> Wrench {
+        self.advance(surface, start, external, dt).0
+    }
+
+    /// As [`Vehicle::substep`]; returns the motion of the copy at the end, too.
+    pub(super) fn advance(
+        &mut self,
+        surface: &Surface,
+        start: &Motion,
+        external: &Wrench,
+        dt: f32,
+    ) -> (Wrench, Motion) {
         let Vehicle { prepared, state, cached_ground, .. } = self;
         let model = &*prepared.model;
         let forward_mps = start.velocity_mps.dot(start.axes.x_axis);
@@ -170,8 +199,14 @@ impl Vehicle {
             controller.drive(&mut state.control, forward_mps, most, dt);
         }
         state.steer(prepared, forward_mps, surface.grip, dt);
+        if model.lean.is_some() && !model.stability_control {
+            let (model, steer_rad, grip) = (&prepared.stability, state.steer_rad, surface.grip);
+            state.counter_steer_rad =
+                state.stability.counter_steer(model, steer_rad, start, grip, dt);
+        }
 
         let curvature = state.steer_rad.tan() / prepared.wheelbase_m;
+        let wheel_curvature = state.wheel_steer_rad().tan() / prepared.wheelbase_m;
         let mut contacts = [WheelContacts::default(); BANKS_MAX];
         let mut carried = start.axes.z_axis.z > CARRY_UP_MIN;
         let mut pressed = false;
@@ -180,7 +215,7 @@ impl Vehicle {
             let state = &mut state.banks[index];
             if start.axes.z_axis.z > CARRY_UP_MIN {
                 let holds = &mut cached_ground[index];
-                contacts[index] = bank.contacts(state, holds, surface, start, curvature, dt);
+                contacts[index] = bank.contacts(state, holds, surface, start, wheel_curvature, dt);
                 friction = friction.min(bank.friction(&contacts[index]));
             }
             carried &= bank.all_touch(&contacts[index]);
@@ -238,7 +273,9 @@ impl Vehicle {
         for (bank, state) in prepared.banks.iter().zip(&mut state.banks) {
             bank.advance_angles(state, dt);
         }
-        Wrench { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations }
+        let mean =
+            Wrench { force_n: sum.force_n / iterations, torque_nm: sum.torque_nm / iterations };
+        (mean, motion)
     }
 }
 
@@ -248,11 +285,18 @@ impl VehicleState {
             banks: vec![WheelBank::at_rest(); prepared.banks.len()],
             drivetrain: Drivetrain::new(&prepared.model),
             steer_rad: 0.0,
+            counter_steer_rad: 0.0,
             control: Pedals::default(),
             stability: Stability::default(),
             ackermann: None,
             doors: Vec::new(),
         }
+    }
+
+    /// Returns the steering angle of the front wheels in the middle of their axle.
+    #[inline]
+    pub(super) fn wheel_steer_rad(&self) -> f32 {
+        self.steer_rad + self.counter_steer_rad
     }
 
     /// Returns the mean speed of the driven wheels.
@@ -261,7 +305,7 @@ impl VehicleState {
         prepared.banks.iter().zip(&self.banks).map(|(bank, state)| bank.driven_radps(state)).sum()
     }
 
-    fn steer(&mut self, prepared: &Prepared, forward_mps: f32, friction: f32, dt: f32) {
+    pub(super) fn steer(&mut self, prepared: &Prepared, forward_mps: f32, friction: f32, dt: f32) {
         let model = &prepared.model;
         let most = model.steer_max_rad * share_at(&model.steer_curve, forward_mps.abs());
         let mut target = self.control.steer * most;

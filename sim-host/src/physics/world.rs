@@ -8,15 +8,16 @@ use std::{
 use glam::Vec3;
 use protocol::ActorId;
 use rapier3d::prelude::{
-    ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, SharedShape,
+    Collider, ColliderBuilder, ColliderHandle, PhysicsWorld, Pose, RigidBody, SharedShape,
 };
 
 use super::{
-    actor::{Actor, FarMotion, Kind, Teleport, digest_of},
+    actor::{Actor, FarMotion, Kind, Teleport, digest_of, put_back},
     actor_list::ActorList,
     collision::{Collision, Pair, Push, Touched},
     error::PhysicsError,
     ground::Ground,
+    mark,
     model::GRAVITY_MPS2,
     motion::{Twist, Wrench},
     overlap::{shrunk, touch},
@@ -47,6 +48,10 @@ pub struct Physics {
     pub(super) pushes: Vec<Push>,
     /// See [`Physics::set_far`].
     far_m: f32,
+    /// See [`Physics::set_threads`].
+    pub(super) threads: usize,
+    /// Substeps of the current frame that are done; 0 between frames.
+    pub(super) substeps_done: u64,
 }
 
 /// Marks the colliders of static boxes in `user_data`.
@@ -80,6 +85,8 @@ impl Physics {
             statics,
             static_colliders,
             far_m: f32::INFINITY,
+            threads: 1,
+            substeps_done: 0,
             actors: ActorList::default(),
             active: Vec::new(),
             collisions: Vec::new(),
@@ -122,6 +129,16 @@ impl Physics {
     /// of such vehicles.
     pub fn set_far(&mut self, far_m: f32) {
         self.far_m = far_m;
+    }
+
+    /// Sets the number of threads on which vehicles move, 1 by default. It changes no result.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.threads = threads.max(1);
+    }
+
+    /// Returns the number of threads on which vehicles move.
+    pub fn threads(&self) -> usize {
+        self.threads
     }
 
     /// Takes kinematic vehicles out of the rigid-body world while they are far from others, and moves
@@ -210,16 +227,20 @@ impl Physics {
         if self.far_m.is_finite() {
             self.move_far((delta_nanos as f64 * 1e-9) as f32);
         }
+        self.separate((delta_nanos as f64 * 1e-9) as f32);
+        self.move_solo(dt, steps);
         for _ in 0..steps {
             self.apply_forces(dt);
             self.world.step();
-            for actor in self.actors.awake().filter(|actor| !actor.kinematic) {
+            for actor in self.actors.awake().filter(|actor| !actor.kinematic && !actor.solo) {
                 limit_speeds(&mut self.world.bodies[actor.body]);
             }
             self.collect_contacts(&mut impulses, &mut touching);
             self.collect_pushes(&mut impulses, &mut touching);
+            self.substeps_done += 1;
             observe(self, dt);
         }
+        self.end_solo();
         self.report_collisions(impulses, touching);
 
         let per_second = (1e9 / delta_nanos as f64) as f32;
@@ -234,7 +255,7 @@ impl Physics {
         }
         // An actor in a collision wakes up.
         for id in &self.colliding {
-            if let Ok(index) = self.actors.binary_search_by_key(id, |a| a.id) {
+            if let Some(index) = self.actors.index_of(*id) {
                 self.actors.wake(index);
             }
         }
@@ -248,9 +269,11 @@ impl Physics {
     fn put_to_sleep(&mut self) {
         let Physics { world, actors, colliding, .. } = self;
         actors.sleep_where(|actor| {
+            if !actor.kinematic {
+                return None;
+            }
             let body = &world.bodies[actor.body];
-            let is_still = actor.kinematic
-                && actor.far.is_none()
+            let is_still = actor.far.is_none()
                 && [
                     actor.kinematic_velocity.linear_mps,
                     actor.kinematic_velocity.angular_radps,
@@ -264,11 +287,18 @@ impl Physics {
     }
 
     pub(super) fn find(&self, id: ActorId) -> Result<usize, PhysicsError> {
-        self.actors.binary_search_by_key(&id.0, |a| a.id).map_err(|_| PhysicsError::Unknown(id))
+        self.actors.index_of(id.0).ok_or(PhysicsError::Unknown(id))
     }
 
     pub(super) fn body(&self, actor: &Actor) -> &RigidBody {
         &self.world.bodies[actor.body]
+    }
+
+    /// Returns the colliders of an actor, whether or not it is in the rigid-body world.
+    pub(super) fn colliders<'a>(&'a self, actor: &'a Actor) -> impl Iterator<Item = &'a Collider> {
+        let of_body = self.body(actor).colliders();
+        let own = if of_body.is_empty() { std::slice::from_ref(&actor.collider) } else { of_body };
+        own.iter().filter_map(|handle| self.world.colliders.get(*handle))
     }
 
     /// Sets the force and torque of every body for one substep, or its next pose.
@@ -278,7 +308,7 @@ impl Physics {
         let Physics { world, ground, grip, statics, actors, pushes, .. } = self;
         pushes.clear();
         let surface = Surface { ground, grip: *grip };
-        for actor in actors.awake_mut() {
+        for actor in actors.awake_mut().filter(|actor| !actor.solo) {
             if actor.kinematic {
                 let velocity = actor.kinematic_velocity;
                 // A body at rest is not touched: rapier visits every body that was.
@@ -348,9 +378,9 @@ impl Physics {
         });
         for actor in others {
             let body = self.body(actor);
-            for collider in body.colliders() {
-                let collider = &self.world.colliders[*collider];
-                let local = collider.position_wrt_parent().copied().unwrap_or(Pose::IDENTITY);
+            for collider in self.colliders(actor) {
+                let local = collider.position_wrt_parent().copied();
+                let local = local.unwrap_or_else(|| actor.collider_in_body());
                 if touch(pose, &*shape, &(*body.position() * local), collider.shape()) {
                     return Some(ActorId(actor.id).to_string());
                 }
@@ -410,11 +440,15 @@ impl Physics {
     }
 }
 
-/// Puts the body of an actor that was far from others back into the rigid-body world.
+/// Puts the body of an actor that is far from others, or solo, back into the rigid-body world.
 pub(super) fn bring_near(world: &mut PhysicsWorld, actor: &mut Actor) {
     if let Some(far) = actor.far.take() {
         let body = &mut world.bodies[actor.body];
         body.set_position(far.pose, true);
         body.set_enabled(true);
+    } else if actor.solo {
+        (actor.solo, actor.dormant) = (false, false);
+        world.bodies[actor.body].user_data &= !mark::DORMANT;
+        put_back(world, actor);
     }
 }

@@ -9,6 +9,7 @@ use protocol::{
 use super::{Inputs, NoServices, Sim};
 use crate::saved::SavedState;
 
+mod hybrid;
 mod numbers;
 
 /// Any command that the simulation itself applies.

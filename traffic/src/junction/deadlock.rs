@@ -44,14 +44,14 @@ impl Junctions {
             let request = self.requests[index];
             let row = request.row;
             // A vehicle that has just dropped its way through the junction requests nothing.
-            let requests_way = vehicles.route[row].lanes().len() >= request.to;
+            let requests_way = vehicles[row].route.lanes().len() >= request.to;
             if !requests_way
                 || self.waits[row] != WaitReason::Conflict
-                || !is_time(vehicles.wait_s[row], view)
+                || !is_time(vehicles[row].wait_s, view)
             {
                 continue;
             }
-            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.id.len()));
+            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.len()));
             let examine = |row: usize| self.waits_of(vehicles, row, view);
             let Some(cycle) = waits.cycle(row, &examine) else { continue };
             let blocked = waits.blocked_by(&cycle, &examine);
@@ -62,15 +62,15 @@ impl Junctions {
                 graph = None;
             }
         }
-        for row in 0..vehicles.id.len() {
+        for row in 0..vehicles.len() {
             let waits = self.yields_to[row] != NONE || self.merges_behind[row] != NONE;
             if !waits
-                || vehicles.located[row] == 0
-                || !is_time(vehicles.reservation_idle_s[row], view)
+                || vehicles[row].located == 0
+                || !is_time(vehicles[row].reservation_idle_s, view)
             {
                 continue;
             }
-            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.id.len()));
+            let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.len()));
             let examine = |row: usize| self.waits_of(vehicles, row, view);
             let Some(cycle) = waits.cycle(row, &examine) else { continue };
             let blocked = waits.blocked_by(&cycle, &examine);
@@ -95,7 +95,7 @@ impl Junctions {
         let is_clear =
             |those: Blocked| self.is_clear_except(blocked, those, vehicles, request, view).is_ok();
         is_clear(Blocked::Outside)
-            || (vehicles.wait_s[row] > MOVE_UP_AFTER_S
+            || (vehicles[row].wait_s > MOVE_UP_AFTER_S
                 && is_clear(Blocked::All)
                 && self.can_move_up(vehicles, row, f32::INFINITY, view))
     }
@@ -111,7 +111,7 @@ impl Junctions {
     /// Returns whether a holder could go if it did not yield to the `blocked` rows.
     fn can_go(&self, vehicles: &VehicleTable, row: usize, blocked: &[usize], view: &View) -> bool {
         let (tracks, agents) = (&view.map.tracks, view.agents);
-        let leader = leader::leader(vehicles, row, tracks, agents, view.occupancy, BEHIND_M);
+        let leader = leader::leader(&vehicles[row], row, tracks, agents, view.occupancy, BEHIND_M);
         if leader.gap_m < BEHIND_M {
             return false;
         }
@@ -132,9 +132,9 @@ impl Junctions {
     ) -> Option<f32> {
         let own = view.agents.driven[row];
         let own_m = view.agents.body[own as usize].length_m();
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicles[row].route.lanes();
         let mut contested: Option<f32> = None;
-        for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
+        for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(&vehicles[row])) {
             for conflict in view.map.conflicts.of(lane) {
                 for holder in self.holders.of(conflict.other) {
                     let other = view.agents.row[holder.agent as usize];
@@ -170,7 +170,7 @@ impl Junctions {
         if !move_forward(vehicles, reservations, request.row, &others) {
             return;
         }
-        vehicles.reservation_idle_s[request.row] = 0.0;
+        vehicles[request.row].reservation_idle_s = 0.0;
         self.grant(vehicles, reservations, request, view);
         self.constraints[request.row] = JunctionConstraint::FREE;
     }

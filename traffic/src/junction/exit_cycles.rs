@@ -27,14 +27,14 @@ impl Junctions {
         let heads: Vec<(Request, u32)> = self
             .requests
             .iter()
-            .filter(|request| vehicles.wait_s[request.row] > PATIENCE_S && request.from > 0)
+            .filter(|request| vehicles[request.row].wait_s > PATIENCE_S && request.from > 0)
             // A vehicle that has just dropped its way through the junction requests nothing.
-            .filter(|request| vehicles.route[request.row].lanes().len() >= request.to)
+            .filter(|request| vehicles[request.row].route.lanes().len() >= request.to)
             .filter(|request| self.waits[request.row] == WaitReason::ExitBlocked)
             .filter_map(|request| {
                 let agent = self.exit_room(vehicles, request, view).err()?;
-                let row = view.agents.row[agent as usize];
-                (row != NONE && vehicles.located[row as usize] == 1).then_some((*request, row))
+                let row = view.agents.row.get(agent as usize).copied().unwrap_or(NONE);
+                (row != NONE && vehicles[row as usize].located == 1).then_some((*request, row))
             })
             .collect();
         let after: Vec<Option<usize>> = heads
@@ -42,7 +42,7 @@ impl Junctions {
             .map(|&(_, blocker)| {
                 let entry_lane = entry_lane(vehicles, blocker as usize, view)?;
                 heads.iter().position(|(head, _)| {
-                    vehicles.route[head.row].lanes()[head.from - 1] == entry_lane
+                    vehicles[head.row].route.lanes()[head.from - 1] == entry_lane
                 })
             })
             .collect();
@@ -67,7 +67,7 @@ impl Junctions {
 
 /// Returns the lane by which a row will reach the next junction.
 fn entry_lane(vehicles: &VehicleTable, row: usize, view: &View) -> Option<u32> {
-    let lanes = vehicles.route[row].lanes();
+    let lanes = vehicles[row].route.lanes();
     let entry = lanes.iter().skip(1).position(|&lane| view.map.tracks.in_zone(lane))?;
     Some(lanes[entry])
 }

@@ -1,5 +1,7 @@
 //! Room to stand beyond a junction.
 
+use protocol::light;
+
 use super::state::{Junctions, Request, STANDING_GAP_M, View, reserved_lanes};
 use crate::{tracks::NONE, vehicle_table::VehicleTable};
 
@@ -8,7 +10,7 @@ const STARVING_S: f32 = 45.0;
 
 impl Junctions {
     /// Returns whether there is room to stand beyond the junction, or else the agent that takes it
-    /// (an index into the agents).
+    /// (an index into the agents), or [`NONE`] if vehicles with reservations will.
     pub(super) fn exit_room(
         &self,
         vehicles: &VehicleTable,
@@ -16,7 +18,7 @@ impl Junctions {
         view: &View,
     ) -> Result<(), u32> {
         let (tracks, row) = (&view.map.tracks, request.row);
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicles[row].route.lanes();
         if request.to >= lanes.len() {
             return Ok(());
         }
@@ -25,11 +27,11 @@ impl Junctions {
         let mut need = view.agents.body[own as usize].length_m() + STANDING_GAP_M;
         for &holder in self.leaving_to.of(exit) {
             let holder = holder as usize;
-            if holder == row || vehicles.reservation[holder] == 0 || vehicles.located[holder] == 0 {
+            if holder == row || vehicles[holder].reservation == 0 || vehicles[holder].located == 0 {
                 continue;
             }
-            let end = reserved_lanes(vehicles, holder);
-            let route = vehicles.route[holder].lanes();
+            let end = reserved_lanes(&vehicles[holder]);
+            let route = vehicles[holder].route.lanes();
             if end > 0 && end < route.len() && route[end] == exit {
                 let body = view.agents.body[view.agents.driven[holder] as usize];
                 need += body.length_m() + STANDING_GAP_M;
@@ -40,13 +42,23 @@ impl Junctions {
         let (mut room, mut blocker) = (f32::INFINITY, own);
         for (k, &lane) in lanes.iter().enumerate().skip(request.to) {
             let start = self.start(row, k);
-            if start - begin > need + 1.0 || (k > request.to && tracks.in_zone(lane)) {
+            if start - begin > need + 1.0 {
+                break;
+            }
+            if k > request.to && tracks.in_zone(lane) {
+                // The first of those that leave by this lane stops here.
+                if matches!(self.light(&vehicles[row], row, k, view), light::RED | light::YELLOW) {
+                    let free = self.line_m(&vehicles[row], row, k, view) - begin;
+                    if free < room {
+                        (room, blocker) = (free, NONE);
+                    }
+                }
                 break;
             }
             for occupant in view.occupancy.on(lane) {
                 let inside = view.agents.row[occupant.agent as usize];
                 let counted = inside != NONE
-                    && vehicles.reservation[inside as usize] != 0
+                    && vehicles[inside as usize].reservation != 0
                     && start + occupant.front_m < begin + 1.0;
                 if !view.occupancy.reacts_to(own, occupant.agent)
                     || counted
@@ -74,10 +86,10 @@ impl Junctions {
     /// Lists the holders of reservations by the lane beyond their junctions.
     pub(super) fn list_leaving(&mut self, vehicles: &VehicleTable, view: &View) {
         self.leaving_to.clear(view.map.tracks.count());
-        for row in 0..vehicles.id.len() {
-            if vehicles.reservation[row] != 0 && vehicles.located[row] == 1 {
-                let end = reserved_lanes(vehicles, row);
-                if let Some(&exit) = vehicles.route[row].lanes().get(end) {
+        for row in 0..vehicles.len() {
+            if vehicles[row].reservation != 0 && vehicles[row].located == 1 {
+                let end = reserved_lanes(&vehicles[row]);
+                if let Some(&exit) = vehicles[row].route.lanes().get(end) {
                     self.leaving_to.add_row(exit, row as u32);
                 }
             }
@@ -88,8 +100,8 @@ impl Junctions {
     pub(super) fn list_starving(&mut self, vehicles: &VehicleTable, view: &View) {
         self.starving.clear();
         for (index, request) in self.requests.iter().enumerate() {
-            let exit = vehicles.route[request.row].lanes().get(request.to);
-            let is_near = vehicles.wait_s[request.row] + 2.0 * view.delta_s > STARVING_S;
+            let exit = vehicles[request.row].route.lanes().get(request.to);
+            let is_near = vehicles[request.row].wait_s + 2.0 * view.delta_s > STARVING_S;
             if let Some(&exit) = exit.filter(|_| is_near) {
                 self.starving.push((exit, index as u32));
             }
@@ -100,8 +112,8 @@ impl Junctions {
     /// Returns the distance to the first line at which a row must stop without a further
     /// reservation.
     fn to_next_line(&self, vehicles: &VehicleTable, row: usize, view: &View) -> f32 {
-        let lanes = vehicles.route[row].lanes();
-        let next = (reserved_lanes(vehicles, row)..lanes.len())
+        let lanes = vehicles[row].route.lanes();
+        let next = (reserved_lanes(&vehicles[row])..lanes.len())
             .find(|&k| view.map.tracks.in_zone(lanes[k]));
         next.map_or(f32::INFINITY, |k| {
             self.start(row, k) - view.map.approaches.line_m[lanes[k] as usize]
@@ -118,15 +130,15 @@ impl Junctions {
         exit: u32,
         view: &View,
     ) -> f32 {
-        let own = (vehicles.wait_s[request.row], request.row);
+        let own = (vehicles[request.row].wait_s, request.row);
         let starves = |other: &&Request| {
-            let waited_s = vehicles.wait_s[other.row];
+            let waited_s = vehicles[other.row].wait_s;
             let is_earlier = waited_s > own.0 || (waited_s == own.0 && other.row < own.1);
             other.row != request.row
                 && is_earlier
                 && waited_s > STARVING_S
-                && vehicles.reservation[other.row] == 0
-                && vehicles.route[other.row].lanes().get(other.to) == Some(&exit)
+                && vehicles[other.row].reservation == 0
+                && vehicles[other.row].route.lanes().get(other.to) == Some(&exit)
         };
         let length_m = |row: usize| view.agents.body[view.agents.driven[row] as usize].length_m();
         let begin = self.starving.partition_point(|(lane, _)| *lane < exit);
@@ -147,7 +159,8 @@ mod tests {
 
     use super::*;
     use crate::{
-        agents::Agents, map::Map, occupancy::Occupancy, tests::maps, vehicle_table::Route,
+        agents::Agents, map::Map, occupancy::Occupancy, spread::Spread, tests::maps,
+        vehicle_table::Route,
     };
 
     /// Returns whether the first of two vehicles that have waited this long for the same exit may
@@ -168,20 +181,20 @@ mod tests {
         let actors = [own[0], own[1], actor(3, 22.35, 0)];
         let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
         agents.read(&actors, &map.bodies);
-        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[]);
+        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
         let lane = |x: f64| {
             let place = glam::DVec3::new(x, -1.75, 0.0);
             network.nearest(place, LaneTypes::DRIVABLE).expect("a road").lane.0
         };
         let mut vehicles = VehicleTable::default();
         vehicles.retain(&[1, 2]);
-        vehicles.wait_s = wait_s.to_vec();
         for row in 0..2 {
-            vehicles.located[row] = 1;
-            vehicles.arc_m[row] = 140.0 - 10.0 * row as f32;
-            vehicles.route[row] = Route::from_lane(lane(-20.0), 0);
-            vehicles.route[row].push(lane(0.0));
-            vehicles.route[row].push(lane(20.0));
+            vehicles[row].wait_s = wait_s[row];
+            vehicles[row].located = 1;
+            vehicles[row].arc_m = 140.0 - 10.0 * row as f32;
+            vehicles[row].route = Route::from_lane(lane(-20.0), 0);
+            vehicles[row].route.push(lane(0.0));
+            vehicles[row].route.push(lane(20.0));
         }
         let view = View {
             map: &map,
@@ -191,6 +204,7 @@ mod tests {
             lights: &[],
             seed: 0,
             delta_s: 0.05,
+            spread: Spread::Alone,
             ignore_lights: &[0.0; 2],
             ignore_signs: &[0.0; 2],
         };

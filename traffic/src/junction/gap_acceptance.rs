@@ -1,6 +1,6 @@
 //! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
-use super::state::{BRAKE_MPS2, Junctions, Request, View, request_lanes, reserved_lanes};
+use super::state::{BRAKE_MPS2, Junctions, Request, View, Yielding, request_lanes, reserved_lanes};
 use crate::{
     approach::Sign,
     constraint::WaitReason,
@@ -74,10 +74,10 @@ impl Junctions {
         let agent = view.agents.driven[row] as usize;
         let speed = view.agents.speed(agent).max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.5 * speed + 8.0;
-        let lane = vehicles.route[row].lanes()[request.from];
-        let full_stop = self.sign(vehicles, row, request.from, view) != Sign::Stop
+        let lane = vehicles[row].route.lanes()[request.from];
+        let full_stop = self.sign(&vehicles[row], row, request.from, view) != Sign::Stop
             || view.map.approaches.signal[lane as usize] != NONE
-            || vehicles.wait_s[row] > 0.8;
+            || vehicles[row].wait_s > 0.8;
         if request.red || !full_stop {
             WaitReason::Signal
         } else if request.line_m >= horizon || !self.is_first(vehicles, request, view) {
@@ -95,7 +95,7 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) -> Result<(), u32> {
-        let lanes = &vehicles.route[request.row].lanes()[request.from..];
+        let lanes = &vehicles[request.row].route.lanes()[request.from..];
         let out_m = self.start(request.row, request.to) + RUN_OUT_M;
         let blocks = |leader: &Leader| {
             let on_way = lanes.iter().any(|&lane| {
@@ -113,7 +113,7 @@ impl Junctions {
         let own = view.agents.driven[request.row];
         for k in 0..request.from {
             let start = self.start(request.row, k);
-            for occupant in view.occupancy.on(vehicles.route[request.row].lanes()[k]) {
+            for occupant in view.occupancy.on(vehicles[request.row].route.lanes()[k]) {
                 let (front, rear) = (start + occupant.front_m, start + occupant.rear_m);
                 if !view.occupancy.reacts_to(own, occupant.agent)
                     || front < 0.0
@@ -124,7 +124,7 @@ impl Junctions {
                 let row = view.agents.row[occupant.agent as usize];
                 // A rear end before the line belongs to a vehicle that is in the junction already.
                 let leaving = front > request.entry_m + 1.0 && occupant.speed_mps > 1.0;
-                let holds = row != NONE && vehicles.reservation[row as usize] != 0;
+                let holds = row != NONE && vehicles[row as usize].reservation != 0;
                 if !holds && !leaving {
                     return false;
                 }
@@ -155,7 +155,7 @@ impl Junctions {
     ) -> Result<(), u32> {
         let row = request.row;
         let own = view.agents.driven[row];
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicles[row].route.lanes();
         let is_blocked = |agent: u32| {
             let other = view.agents.row[agent as usize];
             other != NONE && blocked.contains(&(other as usize))
@@ -224,12 +224,29 @@ impl Junctions {
         Ok(())
     }
 
-    /// Makes the holder of a later reservation yield to the holders of earlier ones.
-    pub(super) fn give_way(&mut self, vehicles: &VehicleTable, row: usize, view: &View) {
+    /// Makes the holders of later reservations yield to the holders of earlier ones.
+    pub(super) fn give_way(&mut self, vehicles: &VehicleTable, view: &View) {
+        let mut yielding = std::mem::take(&mut self.yielding);
+        view.spread.list(vehicles.len(), &mut yielding, |row, yielding| {
+            if vehicles[row].reservation != 0 {
+                yielding.push(self.yielding(vehicles, row, view));
+            }
+        });
+        for of in &yielding {
+            self.constraints[of.row] = of.constraint;
+            self.yields_to[of.row] = of.yields_to;
+            self.merges_behind[of.row] = of.merges_behind;
+        }
+        self.yielding = yielding;
+    }
+
+    /// Returns to which holders of earlier reservations the holder of a row yields.
+    fn yielding(&self, vehicles: &VehicleTable, row: usize, view: &View) -> Yielding {
         let own = view.agents.driven[row];
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicles[row].route.lanes();
         let mut constraint = self.constraints[row];
-        for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
+        let (mut yields_to, mut merges_behind) = (NONE, NONE);
+        for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(&vehicles[row])) {
             let start = self.start(row, k);
             for conflict in view.map.conflicts.of(lane) {
                 for holder in self.holders.of(conflict.other) {
@@ -239,8 +256,8 @@ impl Junctions {
                     let other = view.agents.row[holder.agent as usize];
                     if !view.occupancy.reacts_to(own, holder.agent)
                         || (other != NONE
-                            && vehicles.reservation[other as usize] > vehicles.reservation[row])
-                        || (vehicles.reservation_idle_s[row] > 4.0
+                            && vehicles[other as usize].reservation > vehicles[row].reservation)
+                        || (vehicles[row].reservation_idle_s > 4.0
                             && is_idle(vehicles, view, holder.agent))
                         || stands_behind(vehicles, view, holder.agent, own)
                     {
@@ -262,7 +279,7 @@ impl Junctions {
                             if gap < constraint.merge_leader_m {
                                 (constraint.merge_leader_m, constraint.merge_leader_mps) =
                                     (gap, speed);
-                                self.merges_behind[row] = holder.agent;
+                                merges_behind = holder.agent;
                             }
                             continue;
                         }
@@ -277,12 +294,12 @@ impl Junctions {
                     let stop_m = (start + enter_m - before_m).max(0.0);
                     if stop_m < constraint.stop_m {
                         constraint.stop_m = stop_m;
-                        self.yields_to[row] = holder.agent;
+                        yields_to = holder.agent;
                     }
                 }
             }
         }
-        self.constraints[row] = constraint;
+        Yielding { row, constraint, yields_to, merges_behind }
     }
 }
 
@@ -292,8 +309,8 @@ fn is_idle(vehicles: &VehicleTable, view: &View, agent: u32) -> bool {
     let is_standing = view.agents.velocity[agent as usize].length_squared() < 0.25;
     is_standing
         && (row == NONE
-            || vehicles.reservation[row as usize] == 0
-            || vehicles.reservation_idle_s[row as usize] > 1.5)
+            || vehicles[row as usize].reservation == 0
+            || vehicles[row as usize].reservation_idle_s > 1.5)
 }
 
 /// Returns whether an agent stands because another one is in front of it, or in front of the queue
@@ -306,7 +323,8 @@ fn stands_behind(vehicles: &VehicleTable, view: &View, agent: u32, other: u32) -
         if row == NONE || agents.velocity[at as usize].length_squared() > 0.25 {
             return false;
         }
-        let ahead = leader(vehicles, row as usize, tracks, agents, view.occupancy, BEHIND_M);
+        let ahead =
+            leader(&vehicles[row as usize], row as usize, tracks, agents, view.occupancy, BEHIND_M);
         if ahead.gap_m > BEHIND_M || ahead.agent == other {
             return ahead.agent == other;
         }

@@ -2,7 +2,11 @@
 
 use super::presence_list::Presence;
 use super::state::{BRAKE_MPS2, Junctions, View, request_lanes, reserved_lanes};
-use crate::{tracks::NONE, vehicle_table::VehicleTable};
+use crate::{
+    grid::Pass,
+    tracks::NONE,
+    vehicle_table::{Vehicle, VehicleTable},
+};
 
 /// Largest ratio of a vehicle's speed to the curve speed.
 const CURVE_SPEED_OVERSHOOT: f32 = 1.2;
@@ -15,46 +19,51 @@ impl Junctions {
         self.approaching.clear(tracks.count());
         self.list_leaving(vehicles, view);
         self.list_starving(vehicles, view);
-        for row in 0..vehicles.id.len() {
-            if vehicles.located[row] == 0 || vehicles.reservation[row] == 0 {
-                continue;
+        let mut presences = std::mem::take(&mut self.presences);
+        view.spread.list(vehicles.len(), &mut presences, |row, presences| {
+            let vehicle = &vehicles[row];
+            if vehicle.located == 0 || vehicle.reservation == 0 {
+                return;
             }
-            let lanes = vehicles.route[row].lanes();
-            for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(vehicles, row)) {
-                if tracks.in_zone(lane) {
-                    let top_mps = self.top_mps(vehicles, row, k, view);
-                    self.holders.add(Presence {
-                        lane,
-                        agent: view.agents.driven[row],
-                        start_m: self.start(row, k),
-                        rank: 0,
-                        top_mps,
-                    });
-                }
-            }
-        }
+            let lanes = vehicle.route.lanes().iter().copied().enumerate();
+            let lanes = lanes.take(reserved_lanes(vehicle));
+            presences.extend(self.presences_of(vehicle, row, lanes, 0, view));
+        });
+        presences.iter().for_each(|&presence| self.holders.add(presence));
         // A vehicle that has waited for long goes before others, but not while its exit is blocked:
         // no vehicle could enter the junction then.
-        for request in &self.requests {
+        view.spread.list(self.requests.len(), &mut presences, |index, presences| {
+            let request = &self.requests[index];
             let is_blocked = request.rank < 0 && self.exit_room(vehicles, request, view).is_err();
             if request.red || is_blocked {
-                continue;
+                return;
             }
-            let lanes = vehicles.route[request.row].lanes();
-            for (k, &lane) in request_lanes(lanes, request) {
-                if tracks.in_zone(lane) {
-                    let top_mps = self.top_mps(vehicles, request.row, k, view);
-                    self.approaching.add(Presence {
-                        lane,
-                        agent: view.agents.driven[request.row],
-                        start_m: self.start(request.row, k),
-                        rank: request.rank,
-                        top_mps,
-                    });
-                }
-            }
-        }
+            let vehicle = &vehicles[request.row];
+            let lanes = request_lanes(vehicle.route.lanes(), request);
+            let lanes = lanes.map(|(k, &lane)| (k, lane));
+            presences.extend(self.presences_of(vehicle, request.row, lanes, request.rank, view));
+        });
+        presences.iter().for_each(|&presence| self.approaching.add(presence));
+        self.presences = presences;
         self.list_external(view);
+    }
+
+    /// Returns the presences of a row on those of these `lanes` of its route that lie in conflict zones.
+    fn presences_of(
+        &self,
+        vehicle: &Vehicle,
+        row: usize,
+        lanes: impl Iterator<Item = (usize, u32)>,
+        rank: i32,
+        view: &View,
+    ) -> impl Iterator<Item = Presence> {
+        lanes.filter(|&(_, lane)| view.map.tracks.in_zone(lane)).map(move |(k, lane)| Presence {
+            lane,
+            agent: view.agents.driven[row],
+            start_m: self.start(row, k),
+            rank,
+            top_mps: self.top_mps(vehicle, row, k, view),
+        })
     }
 
     /// Adds vehicles that clients drive as holders of every lane that they may take.
@@ -64,7 +73,7 @@ impl Junctions {
             if agents.velocity[agent].length_squared() < 0.25 {
                 continue;
             }
-            for &(lane, _) in view.map.grid.near(agents.position[agent].truncate()) {
+            for &Pass { lane, .. } in view.map.grid.near(agents.position[agent].truncate()) {
                 let Some(occupant) =
                     view.occupancy.on(lane).iter().find(|o| o.agent == agent as u32)
                 else {
@@ -102,15 +111,9 @@ impl Junctions {
 
     /// Returns the highest speed of a row on its way to lane `k` of its route, as far as curves
     /// allow: bounds its earliest arrival.
-    pub(super) fn top_mps(
-        &self,
-        vehicles: &VehicleTable,
-        row: usize,
-        k: usize,
-        view: &View,
-    ) -> f32 {
+    pub(super) fn top_mps(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> f32 {
         let speed = view.agents.velocity[view.agents.driven[row] as usize].length();
-        let lanes = &vehicles.route[row].lanes()[..=k];
+        let lanes = &vehicle.route.lanes()[..=k];
         let speeds_mps = lanes.iter().map(|&lane| view.map.tracks.top_curve_speed(lane));
         speeds_mps.fold(speed, f32::max) * CURVE_SPEED_OVERSHOOT
     }
@@ -136,7 +139,7 @@ impl Junctions {
         let leave_m = start_m + on.1 + view.agents.body[agent].length_m();
         let cruise_mps = view.agents.body[agent].cruise_speed_mps;
         let (late, accel) =
-            (cruise_mps.min(0.85 * speed_mps), if cruise_mps < 10.0 { 0.7 } else { 1.2 });
+            (cruise_mps.min(0.85 * speed_mps), view.agents.body[agent].least_accel_mps2());
         (
             travel_s(enter_m, speed, top_mps.min(limit * 1.1), 3.0),
             latest_travel_s(leave_m, speed, late, accel),

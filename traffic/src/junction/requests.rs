@@ -1,6 +1,8 @@
 //! Requests: which vehicles need a reservation, for which lanes, and in which order they are
 //! assessed.
 
+use std::ops::Range;
+
 use protocol::light;
 
 use super::state::{
@@ -13,55 +15,82 @@ use crate::{
     random::{Purpose, unit},
     signals::LEFT_TURN_RAD,
     tracks::NONE,
-    vehicle_table::VehicleTable,
+    vehicle_table::{Vehicle, VehicleTable},
 };
 
 /// Waiting time at the line after which rank does not count.
 const PATIENCE_S: f32 = 15.0;
+
+/// Deceleration up to which a vehicle without a reservation stops at yellow.
+const STOP_BRAKE_MPS2: f32 = 5.0;
 
 /// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;
 
 impl Junctions {
     /// Returns the state of the light of route lane `k` for this vehicle; off without a light.
-    pub(super) fn light(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> u32 {
-        let lane = vehicles.route[row].lanes()[k] as usize;
+    pub(super) fn light(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> u32 {
+        let lane = vehicle.route.lanes()[k] as usize;
         let signal = view.map.approaches.signal[lane];
         if signal == NONE {
             return light::OFF;
         }
         let fraction = view.ignore_lights[row];
-        let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
-        if fraction > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Light, nth) < fraction {
+        let nth = u64::from(vehicle.route.lanes_passed.wrapping_add(k as u32));
+        if fraction > 0.0 && unit(view.seed, vehicle.id, Purpose::Light, nth) < fraction {
             return light::GREEN;
         }
         view.lights[signal as usize]
     }
 
+    /// Returns whether the light before route lane `k` stops this vehicle, which has no reservation
+    /// for it: red, or yellow unless the vehicle would come to a stand beyond the line only. It brakes
+    /// already, harder than yellow alone would require at last.
+    fn must_stop(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> bool {
+        match self.light(vehicle, row, k, view) {
+            light::RED => true,
+            light::YELLOW => {
+                let speed = view.agents.speed(view.agents.driven[row] as usize);
+                let room_m = self.line_m(vehicle, row, k, view) + LINE_GAP_M;
+                speed * speed < 2.0 * STOP_BRAKE_MPS2 * room_m || speed < 0.5
+            }
+            _ => false,
+        }
+    }
+
+    /// Returns whether a vehicle can stop before the line of route lane `k` as a light that turns
+    /// yellow requires it.
+    pub(super) fn can_stop(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> bool {
+        let speed = view.agents.speed(view.agents.driven[row] as usize);
+        let free_m = (self.line_m(vehicle, row, k, view) - LINE_GAP_M).max(0.0);
+        speed * speed < 2.0 * YELLOW_BRAKE_MPS2 * free_m || speed < 0.5
+    }
+
+    /// Returns the distance from the front bumper to the line before route lane `k`.
+    pub(super) fn line_m(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> f32 {
+        let lane = vehicle.route.lanes()[k];
+        self.start(row, k) - view.map.approaches.line_m[lane as usize]
+    }
+
     /// Returns the sign before route lane `k`, if this vehicle obeys it.
-    pub(super) fn sign(&self, vehicles: &VehicleTable, row: usize, k: usize, view: &View) -> Sign {
+    pub(super) fn sign(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> Sign {
         let fraction = view.ignore_signs[row];
-        let nth = u64::from(vehicles.route[row].lanes_passed.wrapping_add(k as u32));
-        if fraction > 0.0 && unit(view.seed, vehicles.id[row], Purpose::Sign, nth) < fraction {
+        let nth = u64::from(vehicle.route.lanes_passed.wrapping_add(k as u32));
+        if fraction > 0.0 && unit(view.seed, vehicle.id, Purpose::Sign, nth) < fraction {
             return Sign::None;
         }
-        view.map.approaches.sign[vehicles.route[row].lanes()[k] as usize]
+        view.map.approaches.sign[vehicle.route.lanes()[k] as usize]
     }
 
     /// Returns the request for the next way through a junction without a reservation, if it is
     /// near.
-    pub(super) fn request(
-        &self,
-        vehicles: &VehicleTable,
-        row: usize,
-        view: &View,
-    ) -> Option<Request> {
+    pub(super) fn request(&self, vehicle: &Vehicle, row: usize, view: &View) -> Option<Request> {
         let map = view.map;
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicle.route.lanes();
         let agent = view.agents.driven[row] as usize;
         let speed = view.agents.speed(agent).max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 2.0 * speed + 15.0;
-        let mut k = reserved_lanes(vehicles, row);
+        let mut k = reserved_lanes(vehicle);
         while k < lanes.len() {
             if self.start(row, k) > horizon.max(8.0 * speed) {
                 return None;
@@ -70,7 +99,7 @@ impl Junctions {
                 k += 1;
                 continue;
             }
-            let to = self.way_end(vehicles, row, k, view);
+            let to = self.way_end(vehicle, row, k, view);
             let path = &lanes[k..to];
             let contested = path.iter().any(|&lane| !map.conflicts.of(lane).is_empty())
                 || map.approaches.signal[lanes[k] as usize] != NONE
@@ -80,12 +109,10 @@ impl Junctions {
                 continue;
             }
             let entry_m = self.start(row, k);
-            let line_m = entry_m - map.approaches.line_m[lanes[k] as usize];
-            let light = self.light(vehicles, row, k, view);
-            let free_m = (line_m - LINE_GAP_M).max(0.0);
-            let late = speed * speed > 2.0 * YELLOW_BRAKE_MPS2 * free_m;
-            let red = light == light::RED || (light == light::YELLOW && !late);
-            let rank = self.rank(vehicles, row, k, to, light, view);
+            let line_m = self.line_m(vehicle, row, k, view);
+            let light = self.light(vehicle, row, k, view);
+            let red = (k..to).any(|k| self.must_stop(vehicle, row, k, view));
+            let rank = self.rank(vehicle, row, k, to, light, view);
             return Some(Request { row, from: k, to, line_m, entry_m, rank, from_right: 0, red });
         }
         None
@@ -95,30 +122,24 @@ impl Junctions {
     /// way continues through the next junction if there is no room to stand between the two, but
     /// only up to a length: a reservation for half a roundabout would wait for vehicles that wait
     /// behind its holder.
-    pub(super) fn way_end(
-        &self,
-        vehicles: &VehicleTable,
-        row: usize,
-        from: usize,
-        view: &View,
-    ) -> usize {
+    pub(super) fn way_end(&self, vehicle: &Vehicle, row: usize, from: usize, view: &View) -> usize {
         let tracks = &view.map.tracks;
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicle.route.lanes();
         let body = view.agents.body[view.agents.driven[row] as usize];
         let mut to = from;
         loop {
             while to < lanes.len() && tracks.in_zone(lanes[to]) {
                 to += 1;
             }
-            let mut room = 0.0;
             let mut next = to;
             while next < lanes.len() && !tracks.in_zone(lanes[next]) {
-                room += tracks.length(lanes[next]);
                 next += 1;
             }
-            if next < lanes.len() {
-                room -= view.map.approaches.line_m[lanes[next] as usize];
-            }
+            let room = if next < lanes.len() {
+                self.line_m(vehicle, row, next, view) - self.clear(vehicle, row, from..to, view)
+            } else {
+                f32::INFINITY
+            };
             let far = self.start(row, to) - self.start(row, from) > CHAIN_M;
             if next < lanes.len() && !far && room < body.length_m() + STANDING_GAP_M {
                 to = next;
@@ -128,10 +149,22 @@ impl Junctions {
         }
     }
 
+    /// Returns the distance to the end of the last conflict area of these lanes of the route, or to
+    /// the start of the first if there is none.
+    fn clear(&self, vehicle: &Vehicle, row: usize, of: Range<usize>, view: &View) -> f32 {
+        let wide = view.agents.body[view.agents.driven[row] as usize].is_wide();
+        let contested_m = |k: usize| {
+            let lane = vehicle.route.lanes()[k] as usize;
+            view.map.approaches.contested_m[lane][usize::from(wide)]
+        };
+        let last = of.clone().rev().find(|&k| contested_m(k) > 0.0);
+        last.map_or(self.start(row, of.start), |k| self.start(row, k) + contested_m(k))
+    }
+
     /// Returns the rank of a request; lower goes first.
     pub(super) fn rank(
         &self,
-        vehicles: &VehicleTable,
+        vehicle: &Vehicle,
         row: usize,
         from: usize,
         to: usize,
@@ -139,10 +172,10 @@ impl Junctions {
         view: &View,
     ) -> i32 {
         let map = view.map;
-        if vehicles.wait_s[row] > PATIENCE_S {
+        if vehicle.wait_s > PATIENCE_S {
             return -1;
         }
-        let lanes = vehicles.route[row].lanes();
+        let lanes = vehicle.route.lanes();
         let first = lanes[from] as usize;
         let mut last = from;
         while last + 1 < to && map.tracks.zone[lanes[last + 1] as usize] == map.tracks.zone[first] {
@@ -154,7 +187,7 @@ impl Junctions {
         match light {
             light::OFF => {
                 let posted = map.approaches.sign[first] != Sign::None;
-                let sign = self.sign(vehicles, row, from, view) != Sign::None;
+                let sign = self.sign(vehicle, row, from, view) != Sign::None;
                 let low = sign || map.approaches.beside_signals[first];
                 // A vehicle that ignores a sign takes its road for a major one.
                 let minor = map.approaches.minor[first] && sign == posted;
@@ -167,35 +200,41 @@ impl Junctions {
     /// Sorts the requests into the order in which they are assessed.
     pub(super) fn sort_requests(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
-        let bucket = |vehicles: &VehicleTable, request: &Request| {
+        // By request: waiting time and time of arrival, and the heading of its first lane.
+        let mut keys = Vec::new();
+        view.spread.map_into(self.requests.len(), &mut keys, |index| {
             // The vehicle that has waited longer goes first, then the one that arrives sooner.
+            let request = &self.requests[index];
+            let vehicle = &vehicles[request.row];
             let speed = view.agents.speed(view.agents.driven[request.row] as usize).max(0.5);
             let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
-            (u32::MAX - vehicles.wait_s[request.row] as u32, soon)
-        };
-        let zone = |request: &Request| {
-            let lane = vehicles.route[request.row].lanes()[request.from];
-            tracks.zone[lane as usize]
-        };
+            let lane = vehicle.route.lanes()[request.from];
+            let zone = tracks.zone[lane as usize];
+            ((u32::MAX - vehicle.wait_s as u32, soon), tracks.first_tangent(lane), zone)
+        });
         // Those of a zone lie side by side, so that only they are compared.
         let mut by_zone: Vec<(u32, usize)> =
-            self.requests.iter().enumerate().map(|(a, request)| (zone(request), a)).collect();
+            keys.iter().enumerate().map(|(a, key)| (key.2, a)).collect();
         by_zone.sort_unstable();
         for (of_zone, a) in zone_pairs(&by_zone) {
-            let own_request = self.requests[a];
-            let lane = vehicles.route[own_request.row].lanes()[own_request.from];
-            let heading = tracks.first_tangent(lane);
-            let others = of_zone.iter().map(|&(_, other)| &self.requests[other]);
-            let from_right = others.filter(|other| {
-                let from = vehicles.route[other.row].lanes()[other.from];
-                other.rank == own_request.rank
-                    && bucket(vehicles, other) == bucket(vehicles, &own_request)
-                    && heading.perp_dot(tracks.first_tangent(from)) > 0.5
+            let (bucket, heading, _) = keys[a];
+            let rank = self.requests[a].rank;
+            let from_right = of_zone.iter().filter(|&&(_, other)| {
+                self.requests[other].rank == rank
+                    && keys[other].0 == bucket
+                    && heading.perp_dot(keys[other].1) > 0.5
             });
             self.requests[a].from_right = from_right.count() as u32;
         }
-        self.requests
-            .sort_by_key(|r| (r.rank, bucket(vehicles, r), r.from_right, ordered(r.line_m), r.row));
+        let mut order: Vec<_> = self
+            .requests
+            .iter()
+            .zip(&keys)
+            .map(|(r, key)| ((r.rank, key.0, r.from_right, ordered(r.line_m), r.row), *r))
+            .collect();
+        order.sort_unstable_by_key(|(key, _)| *key);
+        self.requests.clear();
+        self.requests.extend(order.into_iter().map(|(_, request)| request));
     }
 }
 

@@ -4,10 +4,12 @@ use protocol::light;
 
 use super::presence_list::Presence;
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, YELLOW_BRAKE_MPS2, request_lanes,
-    reserved_lanes,
+    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, request_lanes, reserved_lanes,
 };
-use crate::{tracks::NONE, vehicle_table::VehicleTable};
+use crate::{
+    tracks::NONE,
+    vehicle_table::{Vehicle, VehicleTable},
+};
 
 /// Waiting time before a blocked exit after which another turn is drawn.
 const DETOUR_S: f32 = 8.0;
@@ -16,33 +18,37 @@ impl Junctions {
     /// Withdraws the unused part of a reservation that cannot be used now: all of it, or what lies
     /// beyond the junction that the vehicle is in. Otherwise a vehicle in a queue would block
     /// vehicles that it cannot reach.
-    pub(super) fn withdraw(&self, vehicles: &mut VehicleTable, row: usize, view: &View) {
-        if vehicles.reservation[row] == 0 {
+    pub(super) fn withdraw(&self, vehicle: &mut Vehicle, row: usize, view: &View) {
+        if vehicle.reservation == 0 {
             return;
         }
-        let (tracks, lanes) = (&view.map.tracks, vehicles.route[row].lanes());
-        let end = reserved_lanes(vehicles, row).min(lanes.len());
-        let speed = view.agents.speed(view.agents.driven[row] as usize);
-        let enters =
-            |k: usize| tracks.in_zone(lanes[k]) && (k == 0 || !tracks.in_zone(lanes[k - 1]));
-        let withdrawn = (0..end).filter(|&k| enters(k) && self.start(row, k) > 0.0).find(|&from| {
-            let line_m = self.start(row, from) - view.map.approaches.line_m[lanes[from] as usize];
-            let brake_limit = 2.0 * YELLOW_BRAKE_MPS2 * (line_m - LINE_GAP_M).max(0.0);
-            let stoppable = speed * speed < brake_limit || speed < 0.5;
-            // Between two junctions without room between them the vehicle would obstruct others.
-            let outside = !(0..from).any(|k| tracks.in_zone(lanes[k]));
-            let light = self.light(vehicles, row, from, view);
-            let stopped = outside && (light == light::RED || light == light::YELLOW);
-            stoppable && (stopped || vehicles.reservation_idle_s[row] > 4.0)
-        });
+        let (tracks, lanes) = (&view.map.tracks, vehicle.route.lanes());
+        let end = reserved_lanes(vehicle).min(lanes.len());
+        let enters = |k: &usize| {
+            let is_entry = tracks.in_zone(lanes[*k]) && (*k == 0 || !tracks.in_zone(lanes[*k - 1]));
+            is_entry && self.start(row, *k) > 0.0
+        };
+        let can_stop = |k: &usize| self.can_stop(vehicle, row, *k, view);
+        let light = |k: usize| self.light(vehicle, row, k, view);
+        let mut entries = (0..end).filter(enters).filter(can_stop);
+        let withdrawn = if vehicle.reservation_idle_s > 4.0 {
+            entries.next()
+        } else {
+            let closed = entries.find(|&k| matches!(light(k), light::RED | light::YELLOW));
+            // There is no room to stand between the junctions of one way.
+            let covers = |k: &usize, closed: usize| self.way_end(vehicle, row, *k, view) > closed;
+            closed.and_then(|closed| {
+                let mut before = (0..=closed).filter(enters).filter(can_stop);
+                before.find(|k| *k == closed || covers(k, closed))
+            })
+        };
         let Some(from) = withdrawn else { return };
         if (0..from).any(|k| tracks.in_zone(lanes[k])) {
-            vehicles.reservation_end[row] =
-                vehicles.route[row].lanes_passed.wrapping_add(from as u32);
+            vehicle.reservation_end = vehicle.route.lanes_passed.wrapping_add(from as u32);
         } else {
-            vehicles.reservation[row] = 0;
-            vehicles.reservation_end[row] = 0;
-            vehicles.reservation_idle_s[row] = 0.0;
+            vehicle.reservation = 0;
+            vehicle.reservation_end = 0;
+            vehicle.reservation_idle_s = 0.0;
         }
     }
 
@@ -55,7 +61,7 @@ impl Junctions {
         view: &View,
     ) {
         let row = request.row;
-        if vehicles.reservation[row] == 0
+        if vehicles[row].reservation == 0
             && !move_forward(
                 vehicles,
                 reservations,
@@ -64,13 +70,13 @@ impl Junctions {
             )
         {
             *reservations += 1;
-            vehicles.reservation[row] = *reservations;
+            vehicles[row].reservation = *reservations;
         }
-        vehicles.reservation_end[row] =
-            vehicles.route[row].lanes_passed.wrapping_add(request.to as u32);
-        vehicles.wait_s[row] = 0.0;
-        vehicles.reservation_idle_s[row] = 0.0;
-        let lanes = vehicles.route[row].lanes();
+        vehicles[row].reservation_end =
+            vehicles[row].route.lanes_passed.wrapping_add(request.to as u32);
+        vehicles[row].wait_s = 0.0;
+        vehicles[row].reservation_idle_s = 0.0;
+        let lanes = vehicles[row].route.lanes();
         if let Some(&exit) = lanes.get(request.to) {
             self.leaving_to.add_row(exit, row as u32);
         }
@@ -81,7 +87,7 @@ impl Junctions {
                     agent: view.agents.driven[row],
                     start_m: self.start(row, k),
                     rank: 0,
-                    top_mps: self.top_mps(vehicles, row, k, view),
+                    top_mps: self.top_mps(&vehicles[row], row, k, view),
                 };
                 self.holders.add(presence);
             }
@@ -96,16 +102,16 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) -> Vec<usize> {
-        let lane = vehicles.route[request.row].lanes()[request.from];
+        let lane = vehicles[request.row].route.lanes()[request.from];
         let is_behind = |other: &usize| {
             if *other == request.row
-                || vehicles.reservation[*other] == 0
-                || vehicles.located[*other] == 0
+                || vehicles[*other].reservation == 0
+                || vehicles[*other].located == 0
             {
                 return false;
             }
-            let lanes = vehicles.route[*other].lanes();
-            let end = reserved_lanes(vehicles, *other).min(lanes.len());
+            let lanes = vehicles[*other].route.lanes();
+            let end = reserved_lanes(&vehicles[*other]).min(lanes.len());
             (0..end)
                 .find(|&k| lanes[k] == lane)
                 .is_some_and(|k| self.start(*other, k) > request.entry_m)
@@ -130,16 +136,16 @@ impl Junctions {
             self.constraints[row].stop_m = self.constraints[row].stop_m.min(stop_m);
         }
         if speed < 0.5 && stop_m < 4.0 {
-            let before = vehicles.wait_s[row];
-            vehicles.wait_s[row] += view.delta_s;
-            let again = (before / DETOUR_S) as u32 != (vehicles.wait_s[row] / DETOUR_S) as u32;
+            let before = vehicles[row].wait_s;
+            vehicles[row].wait_s += view.delta_s;
+            let again = (before / DETOUR_S) as u32 != (vehicles[row].wait_s / DETOUR_S) as u32;
             if again
                 && !request.red
                 && request.from > 0
                 && self.exit_room(vehicles, request, view).is_err()
             {
-                vehicles.route[row].truncate(request.from);
-                vehicles.turn_draws[row] = vehicles.turn_draws[row].wrapping_add(1);
+                vehicles[row].route.truncate(request.from);
+                vehicles[row].turn_draws = vehicles[row].turn_draws.wrapping_add(1);
             }
         }
     }
@@ -155,31 +161,31 @@ pub(super) fn move_forward(
 ) -> bool {
     let reserved = others
         .iter()
-        .map(|&other| vehicles.reservation[other])
+        .map(|&other| vehicles[other].reservation)
         .filter(|&reservation| reservation != 0);
-    let Some(earliest) = reserved.min().filter(|&first| first != vehicles.reservation[row]) else {
+    let Some(earliest) = reserved.min().filter(|&first| first != vehicles[row].reservation) else {
         return false;
     };
-    for reservation in vehicles.reservation.iter_mut().filter(|number| **number >= earliest) {
-        *reservation += 1;
+    for vehicle in vehicles.iter_mut().filter(|vehicle| vehicle.reservation >= earliest) {
+        vehicle.reservation += 1;
     }
     *reservations += 1;
-    vehicles.reservation[row] = earliest;
+    vehicles[row].reservation = earliest;
     true
 }
 
 /// Ends a reservation when all its lanes lie behind, and measures for how long it is unused.
-pub(super) fn expire(vehicles: &mut VehicleTable, row: usize, view: &View) {
-    if vehicles.reservation[row] == 0 {
+pub(super) fn expire(vehicle: &mut Vehicle, row: usize, view: &View) {
+    if vehicle.reservation == 0 {
         return;
     }
-    if vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed) as i32 <= 0 {
-        vehicles.reservation[row] = 0;
-        vehicles.reservation_end[row] = 0;
+    if vehicle.reservation_end.wrapping_sub(vehicle.route.lanes_passed) as i32 <= 0 {
+        vehicle.reservation = 0;
+        vehicle.reservation_end = 0;
     }
     let is_standing =
         view.agents.velocity[view.agents.driven[row] as usize].length_squared() < 0.25;
-    let is_used = vehicles.reservation[row] == 0 || !is_standing;
-    vehicles.reservation_idle_s[row] =
-        if is_used { 0.0 } else { vehicles.reservation_idle_s[row] + view.delta_s };
+    let is_used = vehicle.reservation == 0 || !is_standing;
+    vehicle.reservation_idle_s =
+        if is_used { 0.0 } else { vehicle.reservation_idle_s + view.delta_s };
 }

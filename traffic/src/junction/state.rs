@@ -7,8 +7,9 @@ use crate::{
     map::Map,
     obstacles::Obstacle,
     occupancy::Occupancy,
+    spread::Spread,
     tracks::NONE,
-    vehicle_table::VehicleTable,
+    vehicle_table::{Vehicle, VehicleTable},
 };
 
 /// Deceleration that a light turning yellow may require.
@@ -37,6 +38,16 @@ pub(super) struct Request {
     pub(super) red: bool,
 }
 
+/// To which vehicles the holder of a reservation yields.
+#[derive(Clone, Copy)]
+pub(super) struct Yielding {
+    pub(super) row: usize,
+    pub(super) constraint: JunctionConstraint,
+    /// See [`Junctions::yields_to`] and [`Junctions::merges_behind`].
+    pub(super) yields_to: u32,
+    pub(super) merges_behind: u32,
+}
+
 /// Data and results of the stage in one frame, by row.
 #[derive(Default)]
 pub(crate) struct Junctions {
@@ -51,6 +62,9 @@ pub(crate) struct Junctions {
     /// agents, or `NONE`.
     pub(super) merges_behind: Vec<u32>,
     pub(super) requests: Vec<Request>,
+    pub(super) requests_by_row: Vec<Option<Request>>,
+    pub(super) presences: Vec<Presence>,
+    pub(super) yielding: Vec<Yielding>,
     pub(super) holders: ByLane<Presence>,
     pub(super) approaching: ByLane<Presence>,
     /// By lane: the rows whose reservations may end before it.
@@ -60,7 +74,7 @@ pub(crate) struct Junctions {
     pub(super) starving: Vec<(u32, u32)>,
     /// By row: distances from the front bumper to the starts of the lanes of the route.
     starts: Vec<f32>,
-    starts_from: Vec<usize>,
+    starts_from: Vec<u32>,
 }
 
 /// Inputs of the stage.
@@ -74,6 +88,7 @@ pub(crate) struct View<'a> {
     pub(crate) lights: &'a [u32],
     pub(crate) seed: u64,
     pub(crate) delta_s: f32,
+    pub(crate) spread: Spread,
     /// By row: fraction of red lights to ignore.
     pub(crate) ignore_lights: &'a [f32],
     /// By row: fraction of signs to ignore.
@@ -83,27 +98,25 @@ pub(crate) struct View<'a> {
 impl Junctions {
     /// Measures the distances from each front bumper to the lanes of its route.
     pub(super) fn measure(&mut self, vehicles: &VehicleTable, view: &View) {
-        self.starts.clear();
-        self.starts_from.clear();
-        for row in 0..vehicles.id.len() {
-            self.starts_from.push(self.starts.len());
-            if vehicles.located[row] == 0 {
-                continue;
+        let starts = (&mut self.starts, &mut self.starts_from);
+        view.spread.ragged(vehicles.len(), starts, |row, starts| {
+            let vehicle = &vehicles[row];
+            if vehicle.located == 0 {
+                return;
             }
             let agent = view.agents.driven[row] as usize;
-            let mut start = -vehicles.arc_m[row] - view.agents.body[agent].front_m;
-            for &lane in vehicles.route[row].lanes() {
-                self.starts.push(start);
+            let mut start = -vehicle.arc_m - view.agents.body[agent].front_m;
+            for &lane in vehicle.route.lanes() {
+                starts.push(start);
                 start += view.map.tracks.length(lane);
             }
-            self.starts.push(start);
-        }
-        self.starts_from.push(self.starts.len());
+            starts.push(start);
+        });
     }
 
     /// Returns the distance from the front bumper of `row` to the start of lane `k` of its route.
     pub(crate) fn start(&self, row: usize, k: usize) -> f32 {
-        self.starts[self.starts_from[row] + k]
+        self.starts[self.starts_from[row] as usize + k]
     }
 
     /// Returns the agent that `row` waits for or yields to: an index into the agents, or `NONE`.
@@ -115,7 +128,7 @@ impl Junctions {
     /// none for a vehicle that was located since.
     pub(crate) fn starts(&self, row: usize) -> &[f32] {
         let (from, to) = (self.starts_from[row], self.starts_from[row + 1]);
-        self.starts[from..to].split_last().map_or(&[], |(_, starts)| starts)
+        self.starts[from as usize..to as usize].split_last().map_or(&[], |(_, starts)| starts)
     }
 }
 
@@ -128,9 +141,9 @@ pub(super) fn request_lanes<'a>(
 }
 
 /// Returns the number of lanes of the route that the reservation covers.
-pub(super) fn reserved_lanes(vehicles: &VehicleTable, row: usize) -> usize {
-    if vehicles.reservation[row] == 0 {
+pub(super) fn reserved_lanes(vehicle: &Vehicle) -> usize {
+    if vehicle.reservation == 0 {
         return 0;
     }
-    vehicles.reservation_end[row].wrapping_sub(vehicles.route[row].lanes_passed) as usize
+    vehicle.reservation_end.wrapping_sub(vehicle.route.lanes_passed) as usize
 }

@@ -93,12 +93,12 @@ impl Junctions {
     pub(super) fn waits_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> [u32; 3] {
         let agents = view.agents;
         let velocity = agents.velocity[agents.driven[row] as usize];
-        if vehicles.located[row] == 0 || velocity.length_squared() > STANDING {
+        if vehicles[row].located == 0 || velocity.length_squared() > STANDING {
             return [NONE; 3];
         }
         self.blockers_of(vehicles, row, view).map(|agent| {
             let other = agents.row.get(agent as usize).copied().unwrap_or(NONE);
-            let is_planned = other != NONE && vehicles.located[other as usize] == 1;
+            let is_planned = other != NONE && vehicles[other as usize].located == 1;
             if is_planned && other as usize != row { other } else { NONE }
         })
     }
@@ -108,7 +108,8 @@ impl Junctions {
     fn blockers_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> [u32; 3] {
         let required = self.blocker(row);
         let (tracks, agents) = (&view.map.tracks, view.agents);
-        let mut leader = leader::leader(vehicles, row, tracks, agents, view.occupancy, BEHIND_M);
+        let mut leader =
+            leader::leader(&vehicles[row], row, tracks, agents, view.occupancy, BEHIND_M);
         for obstacle in obstacles::of_row(view.obstacles, row) {
             leader = leader.nearer(obstacle.leader);
         }

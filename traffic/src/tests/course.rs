@@ -18,7 +18,8 @@ use crate::{
 pub(super) const DELTA_NANOS: u64 = 50_000_000;
 pub(super) const DELTA_S: f32 = 0.05;
 
-/// A vehicle of the test world: a kinematic bicycle with a delayed drive train.
+/// A vehicle of the test world: a bicycle with the slip angles of tyres in a steady curve, and a delayed
+/// drive train.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Car {
     pub(super) position: Vec3,
@@ -28,6 +29,7 @@ pub(super) struct Car {
     pub(super) parked: bool,
     pub(super) acceleration: f32,
     pub(super) yaw_rate: f32,
+    pub(super) lateral_mps2: f32,
     pub(super) pitch: f32,
     pub(super) throttle: f32,
     pub(super) brake: f32,
@@ -56,6 +58,8 @@ pub(super) struct Course {
     pub(super) planner: Planner,
     pub(super) stamp: Stamp,
     pub(super) cars: Vec<Car>,
+    /// The blueprint of all of them; by default none, which plans as a car.
+    pub(super) vehicle_blueprint: u32,
     /// Walkers, whose ids follow those of the lights.
     pub(super) feet: Vec<Foot>,
     /// Vehicles and walkers that touched each other.
@@ -100,6 +104,7 @@ impl Course {
             network,
             stamp: Stamp { episode: 1, ..Stamp::default() },
             cars,
+            vehicle_blueprint: u32::MAX,
             feet: Vec::new(),
             hits: Vec::new(),
             lights,
@@ -171,7 +176,7 @@ impl Course {
             let forward = Vec2::from_angle(car.yaw);
             self.actors.push(ActorState {
                 actor_id: ActorId(index as u32 + 1),
-                blueprint: u32::MAX,
+                blueprint: self.vehicle_blueprint,
                 kind: kind::VEHICLE,
                 flags: if car.parked { 0 } else { flag::AUTOPILOT },
                 pose: Pose::new(
@@ -231,9 +236,11 @@ impl Course {
         let (tracks, approaches) = (&self.planner.map.tracks, &self.planner.map.approaches);
         for vehicle_plan in self.planner.vehicle_plans() {
             let car = vehicle_plan.actor_id.0 as usize - 1;
-            let row =
-                self.planner.state.vehicles.id.binary_search(&vehicle_plan.actor_id.0).unwrap();
-            let lanes = self.planner.state.vehicles.route[row].lanes();
+            let vehicles = &self.planner.state.vehicles;
+            let row = vehicles
+                .binary_search_by_key(&vehicle_plan.actor_id.0, |vehicle| vehicle.id)
+                .unwrap();
+            let lanes = vehicles[row].route.lanes();
             let mut begins = -vehicle_plan.along_m - CAR.front_m;
             let mut next = None;
             for &lane in lanes {
@@ -318,10 +325,13 @@ impl Car {
         let slowed = (self.speed.abs() - DELTA_S * resistance).max(0.0);
         self.speed = slowed * self.speed.signum();
         self.acceleration = (self.speed - before) / DELTA_S;
+        // The tyres run outwards by their slip angles.
+        lag(&mut self.lateral_mps2, self.speed * self.yaw_rate, 0.12);
+        let [front_slip, rear_slip] = CAR.slip_radps2pm().map(|of| of * self.lateral_mps2);
         // The origin is the middle of the wheelbase, so that it has a sideslip angle in curves.
-        let slip = (0.5 * self.wheels.tan()).atan();
+        let slip = (0.5 * (self.wheels - front_slip + rear_slip).tan()).atan();
         self.yaw_rate = self.speed * slip.sin() * 2.0 / CAR.wheelbase_m;
-        let heading = self.yaw + 0.5 * self.yaw_rate * DELTA_S + slip;
+        let heading = self.yaw + 0.5 * self.yaw_rate * DELTA_S + slip - rear_slip;
         self.position += (Vec2::from_angle(heading) * self.speed * DELTA_S).extend(0.0);
         self.yaw += self.yaw_rate * DELTA_S;
     }

@@ -1,6 +1,6 @@
 //! Lane keeping, car following, and a town with many vehicles.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 use super::course::{Car, Course};
 use super::maps;
@@ -99,6 +99,53 @@ fn a_town_full_of_vehicles_keeps_moving_without_a_collision() {
 }
 
 #[test]
+fn a_fast_vehicle_keeps_its_line_in_a_curve() {
+    let radius_m = 200.0;
+    let mut course =
+        Course::with_cars(maps::ring(f64::from(radius_m), 90, 1), 1, vec![car(0.0, 20.0)]);
+    let mut astray_m = 0.0f32;
+    for tick in 0..20 * 40 {
+        course.tick();
+        let place = course.cars[0].position.truncate();
+        let from_line_m = place.distance(Vec2::new(0.0, radius_m)) - (radius_m + 1.75);
+        if tick > 20 * 10 {
+            astray_m = astray_m.max(from_line_m.abs());
+        }
+    }
+    let lateral_mps2 = course.cars[0].speed.powi(2) / radius_m;
+    assert!(lateral_mps2 > 2.0, "{lateral_mps2}");
+    assert!(astray_m < 0.4, "{astray_m} m astray");
+}
+
+#[test]
+fn a_fast_vehicle_off_its_line_brakes_gently() {
+    let braking = |speed: f32| {
+        let off = Car { position: Vec3::new(50.0, -3.6, 0.0), speed, ..Car::default() };
+        let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![off]);
+        course.planner.plan(50_000_000, &course.actors, &[]);
+        course.planner.controls()[0].brake
+    };
+    assert!(braking(8.0) > 0.25, "{}", braking(8.0));
+    assert!(braking(13.5) < 0.15, "{}", braking(13.5));
+}
+
+#[test]
+fn a_motorcycle_in_a_curve_brakes_by_less_than_on_a_straight_road() {
+    let (blueprint, _) = town::blueprint("vehicle.kawasaki.ninja").unwrap();
+    let braking = |yaw_rate: f32| {
+        let parked = Car { parked: true, ..car(40.0, 0.0) };
+        let fast = Car { yaw_rate, ..car(20.0, 13.0) };
+        let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![fast, parked]);
+        course.actors[0].blueprint = blueprint;
+        course.planner.plan(50_000_000, &course.actors, &[]);
+        course.planner.controls()[0].brake
+    };
+    let (straight, curve) = (braking(0.0), braking(0.25));
+    assert!(straight > 0.7, "{straight}");
+    assert!((0.4..0.85 * straight).contains(&curve), "{curve} and {straight}");
+}
+
+#[test]
 fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
     let (blueprint, scooter) = town::blueprint("vehicle.vespa.zx125").unwrap();
     // Three metres off its line, at 15 m/s.
@@ -111,4 +158,96 @@ fn a_two_wheeler_is_not_steered_beyond_its_lean_limit() {
     let wheels_rad = steer * 0.6 * 0.84;
     let sideways_mps2 = 15.0f32.powi(2) * wheels_rad.tan() / scooter.wheelbase_m;
     assert!((2.0..5.5).contains(&sideways_mps2), "{sideways_mps2} at a steer of {steer}");
+}
+
+#[test]
+fn a_two_wheeler_that_slides_steers_against_it() {
+    let (blueprint, _) = town::blueprint("vehicle.vespa.zx125").unwrap();
+    // Its rear runs out to the right: it points to the left of where it goes, and turns further.
+    let car = Car { yaw: 0.2, yaw_rate: 0.5, ..car(50.0, 15.0) };
+    let mut course = Course::with_cars(maps::straight(1000.0), 1, vec![car]);
+    course.actors[0].blueprint = blueprint;
+    course.actors[0].velocity_mps = [15.0, 0.0, 0.0];
+    course.planner.plan(50_000_000, &course.actors, &[]);
+    // Without a slide, its lean limit allows 0.025 rad at this speed.
+    let wheels_rad = course.planner.controls()[0].steer * 0.6 * 0.82;
+    assert!(wheels_rad < -0.05, "{wheels_rad}");
+}
+
+#[test]
+fn a_cyclist_rides_on_the_right_and_cars_pass() {
+    // Two lanes in one direction; both start on the left one.
+    let network = maps::two_lanes();
+    let left = |x: f32| Car { position: Vec3::new(x, -1.75, 0.0), speed: 4.0, ..Car::default() };
+    let mut course = Course::with_cars(network, 1, vec![left(40.0), left(5.0)]);
+    let (blueprint, _) = town::blueprint("vehicle.bh.crossbike").unwrap();
+    let mut beside_m = Vec::new();
+    for tick in 0..20 * 60 {
+        course.actors[0].blueprint = blueprint;
+        course.tick();
+        if tick > 20 * 20 && course.cars[0].position.x < 550.0 {
+            beside_m.push(-course.cars[0].position.y);
+        }
+    }
+    let mean_m = beside_m.iter().sum::<f32>() / beside_m.len() as f32;
+    // The right lane is 3.5 m to 7 m from the reference line.
+    assert!((5.9..6.8).contains(&mean_m), "{mean_m} m from the reference line");
+    assert!(course.cars[1].driven_m > course.cars[0].driven_m + 100.0, "the car has passed");
+    assert_eq!(course.collisions, []);
+}
+
+/// Returns when a vehicle that stands at the end of its lane has driven 60 m on, beside a lane with a
+/// vehicle at 47 km/h every so many metres.
+fn merges_after_s(spacing_m: f32) -> Option<f32> {
+    let beside = |x: f32| Car { position: Vec3::new(x, -1.75, 0.0), speed: 13.0, ..Car::default() };
+    let mut cars =
+        vec![Car { position: Vec3::new(590.0, -5.25, 0.0), speed: 0.0, ..Car::default() }];
+    cars.extend(
+        (0..60).map(|at| beside(580.0 - spacing_m * at as f32)).filter(|car| car.position.x > 0.0),
+    );
+    let mut course = Course::with_cars(maps::ending_lane(), 1, cars);
+    while course.time_s() < 120.0 {
+        course.tick();
+        assert_eq!(course.collisions, []);
+        if course.cars[0].driven_m > 60.0 {
+            return Some(course.time_s());
+        }
+    }
+    None
+}
+
+#[test]
+fn a_vehicle_at_the_end_of_its_lane_is_let_in() {
+    let after_s = merges_after_s(26.0).expect("it is let in within two minutes");
+    assert!(after_s < 30.0, "{after_s} s");
+}
+
+/// Returns before how many metres of its way the second of two buses stops that come towards each other
+/// before a bend of this radius to the left; infinity if it does not.
+fn stops_before_bend_m(radius_m: f64) -> f32 {
+    let down = -std::f32::consts::FRAC_PI_2;
+    let place = |x: f32, y: f32, yaw: f32| Car {
+        position: Vec3::new(x, y, 0.0),
+        yaw,
+        speed: 3.0,
+        ..Car::default()
+    };
+    // The first straight is 60 m along x.
+    let cars = vec![
+        place(60.0 + radius_m as f32 - 1.75, radius_m as f32 + 10.0, down),
+        place(45.0, -1.75, 0.0),
+    ];
+    let mut course = Course::with_cars(maps::two_way_loop(radius_m, 60.0), 1, cars);
+    let bus = town::blueprint("vehicle.mitsubishi.fusorosa").expect("it is in the catalogue").0;
+    course.vehicle_blueprint = bus as u32;
+    course.snapshot();
+    course.tick();
+    course.planner.vehicle_plans().nth(1).expect("it is on a road").leader_m
+}
+
+#[test]
+fn a_bus_stops_before_the_way_of_an_oncoming_one_through_a_bend() {
+    let tight_m = stops_before_bend_m(16.0);
+    assert!((1.0..25.0).contains(&tight_m), "{tight_m} m");
+    assert_eq!(stops_before_bend_m(80.0), f32::INFINITY, "both have room");
 }

@@ -23,7 +23,7 @@ struct Flow {
 
 /// Returns a ring of this radius with `count` vehicles.
 fn ring(radius_m: f32, limit_kmh: u32, count: usize) -> Course {
-    let network = maps::ring(radius_m.into(), limit_kmh);
+    let network = maps::ring(radius_m.into(), limit_kmh, 1);
     let turn = |k: usize| k as f32 / count as f32 * std::f32::consts::TAU;
     let cars = (0..count).map(|k| on_ring(radius_m, turn(k)));
     Course::with_cars(network, 3, cars.collect())
@@ -66,8 +66,8 @@ fn flow(radius_m: f32, limit_kmh: u32, count: usize, spread: f32) -> Flow {
 }
 
 /// Returns the times at which the fronts of a queue of standing vehicles pass its line, from when
-/// the first may go.
-fn discharge(seed: u64, count: usize) -> Vec<f32> {
+/// the first may go, and the times at which they start.
+fn discharge(seed: u64, count: usize) -> [Vec<f32>; 2] {
     let space_m = CAR.length_m() + 2.2;
     let line_m = 20.0 + count as f32 * space_m;
     let cars = (0..count).map(|k| {
@@ -76,9 +76,15 @@ fn discharge(seed: u64, count: usize) -> Vec<f32> {
     });
     let mut course = Course::with_cars(maps::straight(1500.0), seed, cars.collect());
     let mut passed = vec![f32::NAN; count];
+    let mut started = vec![f32::NAN; count];
     while passed.iter().any(|time_s| time_s.is_nan()) {
         course.tick();
         assert!(course.time_s() < 120.0, "{passed:?}");
+        for (car, started) in course.cars.iter().zip(&mut started) {
+            if started.is_nan() && car.speed > 0.5 {
+                *started = course.time_s();
+            }
+        }
         for (car, passed) in course.cars.iter().zip(&mut passed) {
             // A queue stands with its first front at the line.
             if passed.is_nan() && car.position.x + CAR.front_m > line_m + 0.3 {
@@ -87,7 +93,7 @@ fn discharge(seed: u64, count: usize) -> Vec<f32> {
         }
     }
     assert_eq!(course.collisions, []);
-    passed
+    [passed, started]
 }
 
 /// Returns the saturation flow in vehicles per hour and the start-up lost time in seconds, as the
@@ -108,6 +114,7 @@ fn capacity_and_backward_waves_are_those_of_the_field() {
     assert!((1800.0..2400.0).contains(&most.per_hour), "{most:?}");
     // The slope of the congested branch is the speed of a wave.
     let wave_kmh = (dense.per_hour - denser.per_hour) / (denser.per_km - dense.per_km);
+    println!("{most:?}, {dense:?}, wave {wave_kmh} km/h");
     assert!((12.0..20.0).contains(&wave_kmh), "{wave_kmh} km/h between {dense:?} and {denser:?}");
     assert!(dense.deviation_mps > 1.0, "it stops and goes: {dense:?}");
     assert!((0.5..2.5).contains(&dense.accel_max_mps2), "{dense:?}");
@@ -116,26 +123,51 @@ fn capacity_and_backward_waves_are_those_of_the_field() {
 #[test]
 fn the_capacity_of_a_motorway_is_that_of_the_field() {
     let flow = flow(800.0, 110, 126, 1.0);
+    println!("{flow:?}");
     assert!((1800.0..2400.0).contains(&flow.per_hour), "{flow:?}");
+}
+
+#[test]
+fn vehicles_overtake_on_a_motorway_with_two_lanes() {
+    let (radius_m, count) = (700.0, 40);
+    let [one, two] = [1, 2].map(|lanes| {
+        let network = maps::ring(radius_m.into(), 110, lanes);
+        let turn = |k: usize| k as f32 / count as f32 * std::f32::consts::TAU;
+        let cars = (0..count).map(|k| on_ring(radius_m, turn(k)));
+        let mut course = Course::with_cars(network, 3, cars.collect());
+        for _ in 0..20 * 240 {
+            course.tick();
+        }
+        assert_eq!(course.collisions, []);
+        course.cars.iter().map(|car| car.speed).sum::<f32>() / count as f32
+    });
+    assert!(two > 1.03 * one, "{one} and {two} m/s with one and two lanes");
 }
 
 #[test]
 fn equal_drivers_make_no_waves() {
     let flow = flow(200.0, 50, 75, 0.0);
+    println!("{flow:?}");
     assert!(flow.deviation_mps < 0.1, "{flow:?}");
 }
 
 #[test]
 fn a_queue_discharges_as_in_the_field() {
     let seeds = 8;
-    let (mut per_hour, mut lost_s) = (0.0, 0.0);
+    let (mut per_hour, mut lost_s, mut wave_kmh) = (0.0, 0.0, 0.0);
     for seed in 1..=seeds {
-        let of_queue = saturation(&discharge(seed, 20));
+        let [passed, started] = discharge(seed, 20);
+        let of_queue = saturation(&passed);
+        let space_m = (CAR.length_m() + 2.2) * 19.0;
+        wave_kmh += 3.6 * space_m / (started[19] - started[0]) / seeds as f32;
         per_hour += of_queue.0 / seeds as f32;
         lost_s += of_queue.1 / seeds as f32;
     }
-    assert!((1700.0..2000.0).contains(&per_hour), "{per_hour} vehicles per hour");
-    assert!((1.5..2.5).contains(&lost_s), "{lost_s} s lost");
+    let figures = format!("{per_hour} vehicles/h, {lost_s} s lost, wave {wave_kmh} km/h");
+    println!("{figures}");
+    assert!((1700.0..2000.0).contains(&per_hour), "{figures}");
+    assert!((1.5..2.5).contains(&lost_s), "{figures}");
+    assert!((17.0..22.0).contains(&wave_kmh), "{figures}");
 }
 
 #[test]
@@ -147,7 +179,7 @@ fn no_driver_collides_when_the_first_of_a_platoon_stops_hard() {
                 let turn = -(k as f32) * (CAR.length_m() + gap_m) / 800.0;
                 Car { speed, ..on_ring(800.0, turn) }
             });
-            let network = maps::ring(800.0, limit_kmh);
+            let network = maps::ring(800.0, limit_kmh, 1);
             let mut course = Course::with_cars(network, seed, cars.collect());
             for tick in 0..20 * 70 {
                 course.tick();

@@ -1,11 +1,12 @@
 //! Lights, signs, and right of way without either.
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use protocol::{light, param};
 
 use super::course::{Car, Course};
 use super::maps;
 use super::params::turned;
+use crate::body::CAR;
 
 #[test]
 fn no_vehicle_passes_a_red_light() {
@@ -27,6 +28,56 @@ fn a_vehicle_that_ignores_lights_passes_red_ones() {
         course.tick();
     }
     assert!(course.crossings.iter().any(|c| c.1 == light::RED));
+}
+
+/// Moves each vehicle that has left the junctions to where its arm begins, when there is room.
+fn begin_again(cars: &mut [Car]) {
+    for index in 0..cars.len() {
+        let Car { position, yaw, .. } = cars[index];
+        let along = Vec2::from_angle(yaw);
+        let begin = position.truncate() * along.perp().abs() - 150.0 * along;
+        let is_free = cars.iter().all(|car| car.position.truncate().distance(begin) > 20.0);
+        if position.truncate().dot(along) > 80.0 && is_free {
+            cars[index] = Car { position: begin.extend(0.0), yaw, speed: 8.0, ..Car::default() };
+        }
+    }
+}
+
+#[test]
+fn a_light_a_few_metres_after_another_junction_is_obeyed_and_that_junction_kept_free() {
+    let mut cars = Vec::new();
+    for place in 0..6 {
+        let along = 25.0 + 20.0 * place as f32;
+        let north = |x: f32| Car {
+            position: Vec3::new(x + 1.75, -along, 0.0),
+            yaw: std::f32::consts::FRAC_PI_2,
+            speed: 8.0,
+            ..Car::default()
+        };
+        let east = Car { position: Vec3::new(-along, -1.75, 0.0), speed: 8.0, ..Car::default() };
+        cars.extend([east, north(0.0), north(26.0)]);
+    }
+    let count = cars.len();
+    let mut course = Course::with_cars(maps::two_crossings(26.0), 3, cars);
+    // How long each vehicle stands where others cross the first junction.
+    let (mut stood_s, mut longest_s) = (vec![0.0f32; count], 0.0f32);
+    for _ in 0..20 * 600 {
+        course.tick();
+        begin_again(&mut course.cars);
+        for (car, stood_s) in course.cars.iter().zip(&mut stood_s) {
+            let front = car.position.truncate() + Vec2::from_angle(car.yaw) * CAR.front_m;
+            let rear = car.position.truncate() - Vec2::from_angle(car.yaw) * CAR.rear_m;
+            let is_inside = |at: Vec2| at.abs().max_element() < 2.5;
+            let stands = car.speed.abs() < 0.1 && (is_inside(front) || is_inside(rear));
+            *stood_s = if stands { *stood_s + 0.05 } else { 0.0 };
+            longest_s = longest_s.max(*stood_s);
+        }
+    }
+    let on = |phase: u32| course.crossings.iter().filter(|c| c.1 == phase).count();
+    assert!(on(light::GREEN) > 50, "only {} passed on green", on(light::GREEN));
+    assert_eq!(on(light::RED), 0, "{:?}", course.crossings);
+    assert!(longest_s < 5.0, "one stood in the first junction for {longest_s} s");
+    assert_eq!(course.collisions, []);
 }
 
 /// Creates an eastbound and a northbound vehicle, equally far from the crossing, with ids in this

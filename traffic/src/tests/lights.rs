@@ -2,7 +2,8 @@
 
 use protocol::light;
 
-use crate::{demand::Demand, signals::SignalPlan};
+use super::maps;
+use crate::{demand::Demand, map::Map, signals::SignalPlan};
 
 const TICK_NANOS: u64 = 50_000_000;
 
@@ -53,6 +54,25 @@ fn every_phase_gets_green_under_continuous_demand() {
     for signal in 0..3 {
         assert!(green_s(&shown, signal) > 15, "{}", green_s(&shown, signal));
     }
+}
+
+#[test]
+fn yellow_lasts_for_as_long_as_the_speed_limit_requires() {
+    // The first yellow of a light.
+    let yellow_s = |plan: &SignalPlan| {
+        let mut clocks = vec![0; plan.cycles()];
+        let shown = (0..20 * 30).map(|_| {
+            plan.advance(&mut clocks, &Demand::default(), TICK_NANOS);
+            plan.shows(0, &clocks)
+        });
+        let yellow = shown.skip_while(|&phase| phase != light::YELLOW);
+        0.05 * yellow.take_while(|&phase| phase == light::YELLOW).count() as f32
+    };
+    let at_50_kmh = Map::new(&maps::two_crossings(26.0), Box::new(Default::default)).signals;
+    let at_50_kmh = yellow_s(&at_50_kmh);
+    assert!((3.4..3.6).contains(&at_50_kmh), "{at_50_kmh}");
+    let least = yellow_s(&SignalPlan::of_phases(2));
+    assert!((2.9..3.1).contains(&least), "{least}");
 }
 
 #[test]

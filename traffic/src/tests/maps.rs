@@ -47,95 +47,151 @@ pub(super) fn stop_before_crossing() -> Arc<Network> {
     parse(&format!("{}{sign}{}", &text[..end], &text[end + "</road>".len()..]))
 }
 
+/// Returns two such crossings, the centre of the second at `second_x_m` on the eastern arm of the first,
+/// 6 or so metres after it at 26. Its western and its southern arm, roads 2 and 6, have lights at its
+/// lines; its eastern and northern arms are 5 and 7.
+pub(super) fn two_crossings(second_x_m: f64) -> Arc<Network> {
+    let quarter = std::f64::consts::FRAC_PI_2;
+    let between_m = second_x_m - 20.0;
+    let joins = |first: &str, second: &str| {
+        format!(
+            r#"<predecessor elementType="junction" elementId="{first}"/>
+               <successor elementType="junction" elementId="{second}"/>"#
+        )
+    };
+    let light = |id: u32, s_m: f64| {
+        format!(
+            r#"<signals><signal s="{s_m}" t="-4" id="{id}" name="" dynamic="yes" orientation="+"
+            zOffset="5" country="OpenDRIVE" type="1000001" subtype="-1" value="-1"/></signals></road>"#
+        )
+    };
+    let lit = |road: String, id: u32, s_m: f64| road.replace("</road>", &light(id, s_m));
+    let middle = road("2", "-1", (10.0, 0.0, 0.0, between_m), &joins("9", "8"), true);
+    let south = road("6", "-1", (second_x_m, -160.0, quarter, 150.0), &ends_at("8"), true);
+    let mut text = lit(middle, 1, between_m - 0.5) + &lit(south, 2, 149.5);
+    text += &road("1", "-1", (-160.0, 0.0, 0.0, 150.0), &ends_at("9"), true);
+    text += &road("3", "-1", (0.0, -160.0, quarter, 150.0), &ends_at("9"), true);
+    text += &road("4", "-1", (0.0, 10.0, quarter, 150.0), &begins_at("9"), true);
+    text += &road("5", "-1", (second_x_m + 10.0, 0.0, 0.0, 150.0), &begins_at("8"), true);
+    text += &road("7", "-1", (second_x_m, 10.0, quarter, 150.0), &begins_at("8"), true);
+    text += &junction("9", 0.0, ["1", "2", "3", "4"], 10);
+    text += &junction("8", second_x_m, ["2", "5", "6", "7"], 20);
+    parse(&text)
+}
+
+fn ends_at(junction: &str) -> String {
+    format!(r#"<successor elementType="junction" elementId="{junction}"/>"#)
+}
+
+fn begins_at(junction: &str) -> String {
+    format!(r#"<predecessor elementType="junction" elementId="{junction}"/>"#)
+}
+
 fn crossing_text() -> String {
     let quarter = std::f64::consts::FRAC_PI_2;
-    let ends_at = r#"<successor elementType="junction" elementId="9"/>"#;
-    let begins_at = r#"<predecessor elementType="junction" elementId="9"/>"#;
     let mut text = String::new();
-    text += &road("1", "-1", (-160.0, 0.0, 0.0, 150.0), ends_at, true);
-    text += &road("2", "-1", (10.0, 0.0, 0.0, 150.0), begins_at, true);
-    text += &road("3", "-1", (0.0, -160.0, quarter, 150.0), ends_at, true);
-    text += &road("4", "-1", (0.0, 10.0, quarter, 150.0), begins_at, true);
+    text += &road("1", "-1", (-160.0, 0.0, 0.0, 150.0), &ends_at("9"), true);
+    text += &road("2", "-1", (10.0, 0.0, 0.0, 150.0), &begins_at("9"), true);
+    text += &road("3", "-1", (0.0, -160.0, quarter, 150.0), &ends_at("9"), true);
+    text += &road("4", "-1", (0.0, 10.0, quarter, 150.0), &begins_at("9"), true);
+    text += &junction("9", 0.0, ["1", "2", "3", "4"], 10);
+    text
+}
+
+/// Returns a junction at `x_m` between the ends of its western and southern arms and the starts of its
+/// eastern and northern ones, with its roads, whose ids begin with `first_road`.
+fn junction(id: &str, x_m: f64, [west, east, south, north]: [&str; 4], first_road: u32) -> String {
+    let quarter = std::f64::consts::FRAC_PI_2;
     let through = [
-        ("10", (-10.0, 0.0, 0.0), ("1", "end", -1), ("2", "start", -1)),
-        ("11", (10.0, 0.0, 2.0 * quarter), ("2", "start", 1), ("1", "end", 1)),
-        ("12", (0.0, -10.0, quarter), ("3", "end", -1), ("4", "start", -1)),
-        ("13", (0.0, 10.0, 3.0 * quarter), ("4", "start", 1), ("3", "end", 1)),
+        ((x_m - 10.0, 0.0, 0.0), (west, "end", -1), (east, "start", -1)),
+        ((x_m + 10.0, 0.0, 2.0 * quarter), (east, "start", 1), (west, "end", 1)),
+        ((x_m, -10.0, quarter), (south, "end", -1), (north, "start", -1)),
+        ((x_m, 10.0, 3.0 * quarter), (north, "start", 1), (south, "end", 1)),
     ];
-    let mut junction = String::new();
-    for (id, (x, y, heading), (from, from_end, from_lane), (to, to_end, to_lane)) in through {
+    let (mut text, mut junction) = (String::new(), String::new());
+    for (road_id, through) in (first_road..).zip(through) {
+        let ((x, y, heading), (from, from_end, from_lane), (to, to_end, to_lane)) = through;
         let link = format!(
             r#"<predecessor elementType="road" elementId="{from}" contactPoint="{from_end}"/>
                <successor elementType="road" elementId="{to}" contactPoint="{to_end}"/>"#
         );
         let lane_link =
             format!(r#"<link><predecessor id="{from_lane}"/><successor id="{to_lane}"/></link>"#);
-        let connecting = road(id, "9", (x, y, heading, 20.0), &link, false);
+        let connecting = road(&road_id.to_string(), id, (x, y, heading, 20.0), &link, false);
         text += &connecting.replace("<link-of-lane/>", &lane_link);
         junction += &format!(
-            r#"<connection id="{id}" incomingRoad="{from}" connectingRoad="{id}"
+            r#"<connection id="{road_id}" incomingRoad="{from}" connectingRoad="{road_id}"
                contactPoint="start"><laneLink from="{from_lane}" to="-1"/></connection>"#
         );
     }
-    text += &format!(r#"<junction id="9" name="">{junction}</junction>"#);
-    text
+    text + &format!(r#"<junction id="{id}" name="">{junction}</junction>"#)
 }
 
 /// Returns a one-way lane in a loop to the left: four quarter circles, with straight roads between
-/// them unless `straight_m` is 0.
+/// them, or a circle of one road if `straight_m` is 0.
 pub(crate) fn loop_road(radius_m: f64, straight_m: f64) -> Arc<Network> {
-    loop_lanes(radius_m, straight_m, 1, false, "")
+    loop_lanes(radius_m, straight_m, [1, 1], false, "")
 }
 
-/// Returns a one-way lane in a circle to the left with this speed limit.
-pub(super) fn ring(radius_m: f64, limit_kmh: u32) -> Arc<Network> {
+/// Returns one-way lanes in a circle to the left with this speed limit.
+pub(super) fn ring(radius_m: f64, limit_kmh: u32, lanes: i32) -> Arc<Network> {
     let limit =
         format!(r#"<type s="0" type="motorway"><speed max="{limit_kmh}" unit="km/h"/></type>"#);
-    loop_lanes(radius_m, 0.0, 1, false, &limit)
+    loop_lanes(radius_m, 0.0, [lanes, lanes], false, &limit)
 }
 
 /// Returns a loop with two lanes, between which changes are allowed; its first straight is 600 m
 /// along x, with lane -1 about y = -1.75 and -2 about y = -5.25.
 pub(super) fn two_lanes() -> Arc<Network> {
-    loop_lanes(60.0, 600.0, 2, false, "")
+    loop_lanes(60.0, 600.0, [2, 2], false, "")
+}
+
+/// Returns that loop with the second lane on its first straight alone, where the lane ends at x = 600.
+pub(super) fn ending_lane() -> Arc<Network> {
+    loop_lanes(60.0, 600.0, [2, 1], false, "")
 }
 
 /// Returns a loop with a lane each way: four quarter circles, with straight roads between them.
 pub(crate) fn two_way_loop(radius_m: f64, straight_m: f64) -> Arc<Network> {
-    loop_lanes(radius_m, straight_m, 1, true, "")
+    loop_lanes(radius_m, straight_m, [1, 1], true, "")
 }
 
+/// `lanes` are those of the first road and of the others.
 fn loop_lanes(
     radius_m: f64,
     straight_m: f64,
-    lanes: i32,
+    lanes: [i32; 2],
     both_ways: bool,
     limit: &str,
 ) -> Arc<Network> {
     let lane = |id: i32| {
+        let link = if id.abs() <= lanes[1] {
+            format!(r#"<predecessor id="{id}"/><successor id="{id}"/>"#)
+        } else {
+            String::new()
+        };
         format!(
-            r#"<lane id="{id}" type="driving" level="false">
-            <link><predecessor id="{id}"/><successor id="{id}"/></link>
+            r#"<lane id="{id}" type="driving" level="false"><link>{link}</link>
             <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
             weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
         )
     };
     let left = if both_ways { format!("<left>{}</left>", lane(1)) } else { String::new() };
-    let lanes: String = (1..=lanes).map(|id| lane(-id)).collect();
+    let right = lanes.map(|count| (1..=count).map(|id| lane(-id)).collect::<String>());
     let quarter = std::f64::consts::FRAC_PI_2;
-    // Length and curvature of each road.
-    let mut pieces = Vec::new();
-    for _ in 0..4 {
-        if straight_m > 0.0 {
-            pieces.push((straight_m, 0.0));
-        }
-        pieces.push((radius_m * quarter, 1.0 / radius_m));
-    }
+    // Length and curvature of each road; one that is its own successor, or eight.
+    let arc = |turn: f64| (radius_m * turn, 1.0 / radius_m);
+    let pieces = if straight_m > 0.0 {
+        [(straight_m, 0.0), arc(quarter)].repeat(4)
+    } else {
+        vec![arc(4.0 * quarter)]
+    };
     let count = pieces.len();
     let (mut x, mut y, mut heading) = (0.0f64, 0.0f64, 0.0f64);
     let mut text = String::new();
     for (index, (length_m, curvature)) in pieces.into_iter().enumerate() {
         let (before, after) = ((index + count - 1) % count, (index + 1) % count);
+        let lanes = &right[index.min(1)];
         let shape = if curvature == 0.0 {
             "<line/>".to_owned()
         } else {

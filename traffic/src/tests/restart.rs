@@ -1,5 +1,7 @@
 //! The planner is a pure function of its inputs, across restarts.
 
+use protocol::ActorId;
+
 use super::course::{Course, DELTA_NANOS};
 use super::maps;
 use crate::{Planner, RestoreError};
@@ -28,6 +30,34 @@ fn a_seed_decides_every_bit() {
     let once = run(7, 600);
     assert!(once == run(7, 600), "the same seed");
     assert!(once != run(8, 600), "another seed");
+}
+
+/// Returns all decisions and states of a run of many vehicles in this number of threads: by frame,
+/// and with vehicles that leave and others that come.
+fn run_in(threads: usize, ticks: usize) -> Vec<Vec<u8>> {
+    let mut course = Course::new(maps::town(), 3, 240);
+    course.planner.set_threads(threads);
+    let run = (0..ticks).map(|tick| {
+        let gone = ActorId(1 + (tick as u32 / 40 * 7) % 240);
+        let there: Vec<_> =
+            course.actors.iter().filter(|actor| actor.actor_id != gone).copied().collect();
+        course.planner.plan(DELTA_NANOS, &there, &[]);
+        let decided = bytes(&course.planner);
+        course.advance();
+        decided
+    });
+    run.collect()
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let alone = run_in(1, 400);
+    assert!(alone[0].len() > 200 * 256, "enough vehicles for several threads");
+    for threads in [2, 5] {
+        let spread = run_in(threads, 400);
+        let differs = alone.iter().zip(&spread).position(|(one, other)| one != other);
+        assert_eq!(differs, None, "the first frame in which {threads} threads decide otherwise");
+    }
 }
 
 #[test]

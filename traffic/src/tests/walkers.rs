@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec2, vec2};
 use protocol::{
-    ActorId, Command, JournalEntry, Name, Outcome, RouteCommand, RouteStep, TrafficParam, light,
-    param, status,
+    ActorId, ActorState, Command, JournalEntry, Name, Outcome, Pose, RouteCommand, RouteStep,
+    TrafficParam, flag, kind, light, param, status,
 };
 use walkable::{Area, Cell, Cells, Ground};
 
@@ -13,7 +13,7 @@ use super::{
     course::{Course, DELTA_NANOS, FOOT_RADIUS_M, Foot},
     maps,
 };
-use crate::{Planner, map::Map};
+use crate::{Planner, agents::Agents, map::Map, walkers};
 
 /// Returns the journal entry of a command that was done.
 fn entry(command: Command) -> JournalEntry {
@@ -149,7 +149,7 @@ fn by_the_cross_factor_walkers_cross_streets_away_from_crosswalks() {
     course.tick_with(&[set(ActorId::NONE, param::CROSS_FACTOR, 1.0)]);
     let seen = watch(&mut course, 120.0);
     println!("{seen:?}");
-    assert!(seen.on_road > 500 && seen.off == 0, "{seen:?}");
+    assert!(seen.on_road > 400 && seen.off == 0, "{seen:?}");
     assert_eq!(course.hits, []);
 }
 
@@ -163,6 +163,56 @@ fn vehicles_and_walkers_do_not_wait_for_each_other_forever() {
     let driven_m = course.cars.iter().map(|car| car.driven_m).sum::<f32>() / 60.0;
     println!("{longest_s} {driven_m}");
     assert!(longest_s < 150.0 && driven_m > 500.0, "{longest_s} s, {driven_m} m");
+}
+
+/// Returns how many stretches of lanes a walker claims that stands this far beside the middle of a
+/// crossing, along the road.
+fn claims_beside(beside_m: f32) -> usize {
+    let course = town(1, 0, 1);
+    let ground = course.planner.map.walker_ground();
+    let crossing = ground.crossings.iter().find(|it| it.area == Area::Crosswalk).expect("one");
+    let at = crossing.center + crossing.axis.perp() * (crossing.half_width_m + beside_m);
+    let walker = ActorState {
+        actor_id: ActorId(1),
+        kind: kind::WALKER,
+        flags: flag::AUTOPILOT,
+        pose: Pose::level(at.extend(0.0), 0.0),
+        ..ActorState::default()
+    };
+    let mut agents = Agents::default();
+    agents.read(&[walker], &course.planner.map.bodies);
+    let (mut scratch, mut claims) = (walkers::Scratch::default(), Vec::new());
+    scratch.stand(ground, &agents);
+    scratch.claims(ground, &agents, &mut claims);
+    claims.len()
+}
+
+#[test]
+fn a_walker_claims_the_lanes_of_a_crossing_only_while_it_is_on_it() {
+    assert!(claims_beside(-0.5) > 0, "on the crossing");
+    assert_eq!(claims_beside(1.5), 0, "beside it, with the crossing as the nearest ground");
+}
+
+#[test]
+fn walkers_step_out_of_the_swept_paths_of_buses_that_wait_for_them() {
+    let mut course = town(5, 40, 300);
+    let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("it is in the catalogue");
+    course.vehicle_blueprint = bus;
+    course.snapshot();
+    let walkers_from = course.actors[course.actors.len() - course.feet.len()].actor_id;
+    let (mut waited_s, mut longest_s) = (vec![0.0f32; course.cars.len()], 0.0f32);
+    while course.time_s() < 240.0 {
+        course.tick();
+        let plans: Vec<_> = course.planner.vehicle_plans().collect();
+        for plan in plans {
+            let car = plan.actor_id.0 as usize - 1;
+            let waits = plan.leader >= walkers_from && course.cars[car].speed < 0.2;
+            waited_s[car] = if waits { waited_s[car] + 0.05 } else { 0.0 };
+            longest_s = longest_s.max(waited_s[car]);
+        }
+    }
+    println!("{longest_s} s");
+    assert!(longest_s < 90.0, "a bus waited {longest_s} s for a walker");
 }
 
 #[test]
@@ -228,7 +278,7 @@ fn walkers_that_go_together_stay_together() {
     }
     let share = near as f32 / frames as f32;
     println!("{share} within 2.5 m, at most {farthest_m} m");
-    assert!(share > 0.85 && farthest_m < 15.0, "{share} within 2.5 m, at most {farthest_m} m");
+    assert!(share > 0.75 && farthest_m < 20.0, "{share} within 2.5 m, at most {farthest_m} m");
     assert_eq!(course.hits, []);
 }
 

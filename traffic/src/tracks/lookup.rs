@@ -1,8 +1,9 @@
 //! Places on tracks: points at an arc length, and projections of points onto tracks.
 
+use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-use super::Tracks;
+use super::{Sample, Tracks};
 
 /// Step of a projection below which it has converged, metres.
 const NEAR_M: f32 = 1e-3;
@@ -18,35 +19,85 @@ pub(crate) struct Projection {
     pub(crate) tangent: Vec2,
 }
 
+/// A point of a track in the ground plane.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct FlatPlace {
+    pub(crate) centre: Vec2,
+    /// Driving direction, unit length.
+    pub(crate) tangent: Vec2,
+    /// Positive to the left.
+    pub(crate) curvature: f32,
+}
+
+/// The last projection of a point, which is not computed again while the point stays.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Memo {
+    lane: u32,
+    point: Vec2,
+    hint_m: f32,
+    result: Option<Projection>,
+}
+
+impl Memo {
+    /// Returns what [`Tracks::project`] returns.
+    pub(crate) fn project(
+        &mut self,
+        tracks: &Tracks,
+        lane: u32,
+        point: Vec2,
+        hint_m: f32,
+    ) -> Projection {
+        match self.result {
+            Some(result) if self.lane == lane && self.point == point && self.hint_m == hint_m => {
+                result
+            }
+            _ => {
+                let result = tracks.project(lane, point, hint_m);
+                *self = Memo { lane, point, hint_m, result: Some(result) };
+                result
+            }
+        }
+    }
+}
+
 impl Tracks {
-    /// Returns the sample at or before `arc_m`, and the fraction of the way to the next, 0 to 1.
-    fn sample_at(&self, lane: u32, arc_m: f32) -> (usize, f32) {
-        let first = self.first[lane as usize] as usize;
-        let last = self.first[lane as usize + 1] as usize - 1;
-        let at = (arc_m / self.step_m[lane as usize]).clamp(0.0, (last - first) as f32);
-        let index = (at as usize).min(last - first - 1);
-        (first + index, at - index as f32)
+    /// Returns the samples of a lane that has a track.
+    #[inline(always)]
+    fn line(&self, lane: u32) -> Line<'_> {
+        let lane = lane as usize;
+        let (first, end) = (self.first[lane] as usize, self.first[lane + 1] as usize);
+        Line { samples: &self.samples[first..end], step_m: self.step_m[lane] }
     }
 
     /// Returns centre, unit driving direction and curvature (positive to the left) at `arc_m`;
     /// extrapolated straight before the start and after the end.
     pub(crate) fn at(&self, lane: u32, arc_m: f32) -> (Vec3, Vec2, f32) {
-        let (i, part) = self.sample_at(lane, arc_m);
-        let tangent =
-            self.samples[i].tangent.lerp(self.samples[i + 1].tangent, part).normalize_or(Vec2::X);
-        let mut point = self.samples[i].point.lerp(self.samples[i + 1].point, part);
+        let line = self.line(lane);
+        let (from, to, part) = line.at(arc_m);
+        let tangent = from.tangent.lerp(to.tangent, part).normalize_or(Vec2::X);
+        let mut point = from.point.lerp(to.point, part);
         let beyond = arc_m - arc_m.clamp(0.0, self.length(lane));
         point += (tangent * beyond).extend(0.0);
-        let curvature = self.samples[i].curvature
-            + (self.samples[i + 1].curvature - self.samples[i].curvature) * part;
-        (point, tangent, curvature)
+        (point, tangent, from.curvature + (to.curvature - from.curvature) * part)
+    }
+
+    /// Returns the curvature of [`Tracks::at`].
+    pub(crate) fn curvature_at(&self, lane: u32, arc_m: f32) -> f32 {
+        let (from, to, part) = self.line(lane).at(arc_m);
+        from.curvature + (to.curvature - from.curvature) * part
+    }
+
+    /// Returns the height of the point of [`Tracks::at`].
+    pub(crate) fn height_at(&self, lane: u32, arc_m: f32) -> f32 {
+        let (from, to, part) = self.line(lane).at(arc_m);
+        from.point.lerp(to.point, part).z
     }
 
     /// Returns the highest speed at `arc_m` that allows every curve ahead on this lane.
     pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.sample_at(lane, arc_m);
-        self.samples[i].curve_speed
-            + (self.samples[i + 1].curve_speed - self.samples[i].curve_speed) * part
+        let (from, to, part) = self.line(lane).at(arc_m);
+        from.curve_speed + (to.curve_speed - from.curve_speed) * part
     }
 
     /// Returns the highest speed anywhere on `lane` that its curves allow.
@@ -56,9 +107,8 @@ impl Tracks {
 
     /// Returns half the lane's width at `arc_m`.
     pub(crate) fn half_width_at(&self, lane: u32, arc_m: f32) -> f32 {
-        let (i, part) = self.sample_at(lane, arc_m);
-        self.samples[i].half_width
-            + (self.samples[i + 1].half_width - self.samples[i].half_width) * part
+        let (from, to, part) = self.line(lane).at(arc_m);
+        from.half_width + (to.half_width - from.half_width) * part
     }
 
     /// Projects `point` onto the track, starting near `hint_m`.
@@ -66,9 +116,21 @@ impl Tracks {
     /// Newton's method on the arc length: two steps suffice from a hint within a few metres, and one
     /// on a straight track.
     pub(crate) fn project(&self, lane: u32, point: Vec2, hint_m: f32) -> Projection {
-        let length = self.length(lane);
-        let mut arc_m = hint_m.clamp(0.0, length);
-        let (mut centre, mut tangent, mut curvature) = self.flat_at(lane, arc_m);
+        let arc_m = hint_m.clamp(0.0, self.length(lane));
+        self.project_from(lane, point, arc_m, self.line(lane).flat_at(arc_m))
+    }
+
+    /// As [`Tracks::project`], from `start`: the point of the track at `arc_m`, which is within it.
+    #[inline]
+    pub(crate) fn project_from(
+        &self,
+        lane: u32,
+        point: Vec2,
+        mut arc_m: f32,
+        start: FlatPlace,
+    ) -> Projection {
+        let (length, line) = (self.length(lane), self.line(lane));
+        let FlatPlace { mut centre, mut tangent, mut curvature } = start;
         let mut offset = point - centre;
         for _ in 0..3 {
             let left = tangent.perp_dot(offset);
@@ -78,7 +140,7 @@ impl Tracks {
                 break;
             }
             arc_m += step_m;
-            (centre, tangent, curvature) = self.flat_at(lane, arc_m);
+            FlatPlace { centre, tangent, curvature } = line.flat_at(arc_m);
             offset = point - centre;
         }
         let beyond = tangent.dot(offset);
@@ -92,16 +154,15 @@ impl Tracks {
         Projection { arc_m: arc_m + beyond, left_m: tangent.perp_dot(offset), tangent }
     }
 
-    /// Returns the position of `point` relative to the straight continuation of a track at the sample
-    /// nearest to `hint_m`, with the distance along it from there.
-    #[inline]
-    pub(crate) fn beside_hint(&self, lane: u32, point: Vec2, hint_m: f32) -> Projection {
+    /// Returns the index of the sample nearest to `arc_m`.
+    pub(crate) fn index_near(&self, lane: u32, arc_m: f32) -> usize {
         let (count, step_m) = self.samples(lane);
-        let index = ((hint_m / step_m + 0.5) as usize).min(count - 1);
-        let at = self.first[lane as usize] as usize + index;
-        let (offset, tangent) =
-            (point - self.samples[at].point.truncate(), self.samples[at].tangent);
-        Projection { arc_m: tangent.dot(offset), left_m: tangent.perp_dot(offset), tangent }
+        ((arc_m / step_m + 0.5) as usize).min(count - 1)
+    }
+
+    /// Returns the point of a track at an arc length within it.
+    pub(crate) fn flat_at(&self, lane: u32, arc_m: f32) -> FlatPlace {
+        self.line(lane).flat_at(arc_m.clamp(0.0, self.length(lane)))
     }
 
     /// Returns the driving direction at the begin of a track.
@@ -112,20 +173,6 @@ impl Tracks {
     /// Returns the driving direction at the end of a track.
     pub(crate) fn last_tangent(&self, lane: u32) -> Vec2 {
         self.samples[self.first[lane as usize + 1] as usize - 1].tangent
-    }
-
-    /// Returns what [`Tracks::at`] returns, without the height.
-    #[inline]
-    fn flat_at(&self, lane: u32, arc_m: f32) -> (Vec2, Vec2, f32) {
-        let (i, part) = self.sample_at(lane, arc_m);
-        let tangent =
-            self.samples[i].tangent.lerp(self.samples[i + 1].tangent, part).normalize_or(Vec2::X);
-        let point =
-            self.samples[i].point.truncate().lerp(self.samples[i + 1].point.truncate(), part);
-        let beyond = arc_m - arc_m.clamp(0.0, self.length(lane));
-        let curvature = self.samples[i].curvature
-            + (self.samples[i + 1].curvature - self.samples[i].curvature) * part;
-        (point + tangent * beyond, tangent, curvature)
     }
 
     /// Returns the arc length and the squared distance of the sample of `lane` nearest to `point`.
@@ -151,5 +198,32 @@ impl Tracks {
             }
         }
         best.map(|(_, lane, arc_m)| (lane, arc_m))
+    }
+}
+
+/// The samples of one lane.
+struct Line<'a> {
+    samples: &'a [Sample],
+    step_m: f32,
+}
+
+impl<'a> Line<'a> {
+    /// Returns the samples before and after `arc_m`, and the part of the way between them, 0 to 1.
+    #[inline(always)]
+    fn at(&self, arc_m: f32) -> (&'a Sample, &'a Sample, f32) {
+        let last = self.samples.len() - 1;
+        let at = (arc_m / self.step_m).clamp(0.0, last as f32);
+        let index = (at as usize).min(last - 1);
+        (&self.samples[index], &self.samples[index + 1], at - index as f32)
+    }
+
+    /// Returns what [`Tracks::at`] returns within the track, without the height.
+    #[inline(always)]
+    fn flat_at(&self, arc_m: f32) -> FlatPlace {
+        let (from, to, part) = self.at(arc_m);
+        let tangent = from.tangent.lerp(to.tangent, part).normalize_or(Vec2::X);
+        let centre = from.point.truncate().lerp(to.point.truncate(), part);
+        let curvature = from.curvature + (to.curvature - from.curvature) * part;
+        FlatPlace { centre, tangent, curvature }
     }
 }

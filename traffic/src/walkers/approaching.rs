@@ -1,6 +1,7 @@
 //! The vehicles that approach crossings.
 
 use super::view::View;
+use crate::grid::Pass;
 use crate::tracks::NONE;
 
 /// Distance along lanes up to which vehicles are looked for. Metres.
@@ -37,9 +38,9 @@ impl Approaching {
                 continue;
             }
             let row = agents.row[agent] as usize;
-            if agents.row[agent] != NONE && view.vehicles.located[row] == 1 {
-                let lanes = view.vehicles.route[row].lanes();
-                let mut start_m = -view.vehicles.arc_m[row];
+            if agents.row[agent] != NONE && view.vehicles[row].located == 1 {
+                let lanes = view.vehicles[row].route.lanes();
+                let mut start_m = -view.vehicles[row].arc_m;
                 for &lane in lanes {
                     if start_m > AHEAD_M {
                         break;
@@ -84,7 +85,7 @@ impl Approaching {
         let tracks = &view.map.tracks;
         let at = view.agents.position[agent].truncate();
         let mut open: Vec<(u32, f32)> = Vec::new();
-        for &(lane, hint_m) in view.map.grid.near(at) {
+        for &Pass { lane, hint_m, .. } in view.map.grid.near(at) {
             let on = tracks.project(lane, at, hint_m);
             let is_on = (0.0..=tracks.length(lane)).contains(&on.arc_m);
             let along = on.tangent.dot(view.agents.forward[agent]);

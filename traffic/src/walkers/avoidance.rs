@@ -10,7 +10,7 @@ use super::{
     pace,
     view::View,
 };
-use crate::neighbours::Neighbours;
+use crate::{body::Body, neighbours::Neighbours};
 
 /// Distance and number up to which others are considered.
 const NEAR_M: f32 = 5.0;
@@ -23,6 +23,11 @@ const OVERLAP_S: f32 = 0.6;
 /// What a walker keeps from others beside its own radius. Metres.
 const SPACE_M: f32 = 0.1;
 const BODY_SPACE_M: f32 = 0.3;
+/// Radius of the discs in the corners of a body, by half its width: a walker that keeps its space from
+/// them clears the corners.
+const CORNER_SHARE: f32 = 0.3;
+/// Half the width of a body from which on it has such corners. Metres.
+const CORNERS_FROM_M: f32 = 0.5;
 /// How far a walker turns to the right for others that come towards it.
 const RIGHT: f32 = 0.18;
 /// Fastest that a walker becomes to avoid others, by the wanted speed, and when it stands. Metres per
@@ -120,37 +125,47 @@ impl Crowd<'_> {
         discs
     }
 
-    /// Returns the discs of vehicles and props: a row along each body.
+    /// Returns the discs of vehicles and props.
     fn bodies_near(&self, at: Vec2, radius_m: f32) -> Vec<Disc> {
         let agents = self.view.agents;
         let mut discs = Vec::new();
         for other in self.bodies.near(at, NEAR_M + agents.reach_max_m) {
             let index = other as usize;
-            let (body, forward) = (agents.body[index], agents.forward[index]);
+            let (body, forward) = (&agents.body[index], agents.forward[index]);
             let way = agents.position[index].truncate() - at;
             if way.length() > NEAR_M + body.front_m.max(body.rear_m) {
                 continue;
             }
-            let half_m = body.half_width_m.max(0.1);
-            // The discs touch each other, so that none fits between them.
-            let (front, rear) = (body.front_m - half_m, half_m - body.rear_m);
-            let count = (((front - rear) / (1.2 * half_m)).ceil().clamp(0.0, 16.0)) as usize;
-            for step in 0..=count {
-                let along = rear + (front - rear) * (step as f32 / count.max(1) as f32);
-                let to = way + forward * along.clamp(rear.min(front), front.max(rear));
-                if to.length_squared() < NEAR_M * NEAR_M {
-                    discs.push(Disc {
-                        at: to,
-                        velocity: agents.velocity[index],
-                        radius_m: radius_m + half_m + BODY_SPACE_M,
-                        share: 1.0,
-                        horizon_s: BODY_HORIZON_S,
-                    });
-                }
-            }
+            discs.extend(body_discs(body).filter_map(|(center, of_body_m)| {
+                let to = way + forward.rotate(center);
+                (to.length_squared() < NEAR_M * NEAR_M).then_some(Disc {
+                    at: to,
+                    velocity: agents.velocity[index],
+                    radius_m: radius_m + of_body_m + BODY_SPACE_M,
+                    share: 1.0,
+                    horizon_s: BODY_HORIZON_S,
+                })
+            }));
         }
         discs
     }
+}
+
+/// Returns discs that cover a body, as centres in its axes and radii: a row along it, and its corners.
+fn body_discs(body: &Body) -> impl Iterator<Item = (Vec2, f32)> {
+    let half_m = body.half_width_m.max(0.1);
+    // The discs touch each other, so that none fits between them.
+    let (front, rear) = (body.front_m - half_m, half_m - body.rear_m);
+    let count = (((front - rear) / (1.2 * half_m)).ceil().clamp(0.0, 16.0)) as usize;
+    let row = (0..=count).map(move |step| {
+        let along = rear + (front - rear) * (step as f32 / count.max(1) as f32);
+        (Vec2::new(along.clamp(rear.min(front), front.max(rear)), 0.0), half_m)
+    });
+    let corner_m = CORNER_SHARE * half_m;
+    let (aside, ends) = (half_m - corner_m, [body.front_m - corner_m, corner_m - body.rear_m]);
+    let corners = ends.into_iter().flat_map(move |x| [(x, aside), (x, -aside)]);
+    let has_corners = half_m > CORNERS_FROM_M;
+    row.chain(corners.filter(move |_| has_corners).map(move |(x, y)| (Vec2::new(x, y), corner_m)))
 }
 
 impl Disc {
@@ -187,5 +202,29 @@ impl Disc {
             }
         };
         HalfPlane { point: velocity + change * self.share, direction: normal_direction }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Bodies;
+
+    #[test]
+    fn a_walker_that_keeps_its_space_from_a_body_clears_its_corners() {
+        let bodies = Bodies::from_catalogue();
+        for (index, blueprint) in town::catalogue().iter().enumerate() {
+            if blueprint.kind != town::Kind::Vehicle {
+                continue;
+            }
+            let body = bodies.of(index as u32);
+            for x in [body.front_m, -body.rear_m] {
+                for y in [body.half_width_m, -body.half_width_m] {
+                    let from = |(at, radius): (Vec2, f32)| at.distance(Vec2::new(x, y)) - radius;
+                    let sticks_out_m = body_discs(&body).map(from).fold(f32::INFINITY, f32::min);
+                    assert!(sticks_out_m < 0.8 * BODY_SPACE_M, "{}: {sticks_out_m}", blueprint.id);
+                }
+            }
+        }
     }
 }

@@ -5,7 +5,7 @@ use walkable::{Area, Ground, Surface};
 
 use crate::{
     approach::Approaches,
-    grid::Grid,
+    grid::{Grid, Pass},
     tracks::{NONE, Tracks},
 };
 
@@ -147,7 +147,7 @@ impl Crossing {
         for step in 0..=steps {
             let along_m = step as f32 * STEP_M - self.half_length_m;
             let at = self.center + self.axis * along_m;
-            for &(lane, hint_m) in grid.near(at) {
+            for &Pass { lane, hint_m, .. } in grid.near(at) {
                 let on = tracks.project(lane, at, hint_m);
                 let is_on = (-1.0..=tracks.length(lane) + 1.0).contains(&on.arc_m);
                 let crosses = on.tangent.dot(self.axis).abs() < 0.9;

@@ -21,6 +21,8 @@ pub(super) struct Row {
     pub(super) goal: u32,
     /// How long it has not come forward although it is allowed to.
     stuck_s: f32,
+    /// For how long it still waits outside the swept path out of which it has stepped.
+    pub(super) aside_s: f32,
     points: u32,
 }
 

@@ -2,7 +2,8 @@
 
 use super::ground::WalkerGround;
 use crate::{
-    agents::Agents, map::Map, occupancy::Occupancy, params::Params, vehicle_table::VehicleTable,
+    agents::Agents, map::Map, obstacles::Obstacle, occupancy::Occupancy, params::Params,
+    vehicle_table::VehicleTable,
 };
 
 /// What the planner of walkers reads.
@@ -11,6 +12,8 @@ pub(crate) struct View<'a> {
     pub(crate) ground: &'a WalkerGround,
     pub(crate) agents: &'a Agents,
     pub(crate) occupancy: &'a Occupancy,
+    /// What vehicles would touch if all others stood still.
+    pub(crate) obstacles: &'a [Obstacle],
     pub(crate) vehicles: &'a VehicleTable,
     pub(crate) params: &'a Params,
     /// By signal: the state that it shows.

@@ -9,9 +9,10 @@ use client_lib::{
 use road::Network;
 
 use crate::{
-    friction::FrictionTriggers, motion::Motions, physics_control::PhysicsControl,
-    proxy_actors::ProxyActors, replay::Replayer, road_context::RoadContexts, rollover::Rollovers,
-    street_lights::StreetLights, traffic_lights::TrafficLights, weather::CarlaWeather,
+    dead_ends::DeadEnds, friction::FrictionTriggers, motion::Motions,
+    physics_control::PhysicsControl, proxy_actors::ProxyActors, replay::Replayer, respawn::Respawn,
+    road_context::RoadContexts, rollover::Rollovers, street_lights::StreetLights,
+    traffic_lights::TrafficLights, weather::CarlaWeather,
 };
 
 /// Frames after a spawn by which a snapshot must show the actor.
@@ -34,6 +35,8 @@ pub(crate) struct EpisodeState {
     pub(crate) weather: Option<CarlaWeather>,
     pub(crate) motions: Motions,
     pub(crate) replayer: Replayer,
+    pub(crate) respawn: Respawn,
+    pub(crate) dead_ends: DeadEnds,
     pub(crate) vehicles: VehicleSwitches,
     /// The next snapshot informs clients that the map has changed.
     pub(crate) is_new_map: bool,
@@ -57,6 +60,8 @@ impl EpisodeState {
             weather: None,
             motions: Motions::default(),
             replayer: Replayer::default(),
+            respawn: Respawn::default(),
+            dead_ends: DeadEnds::default(),
             vehicles: VehicleSwitches::default(),
             is_new_map: false,
             has_new_lights: false,

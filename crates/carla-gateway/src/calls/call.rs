@@ -3,7 +3,11 @@
 use std::sync::Arc;
 
 use crate::{
-    args::Args, msgpack::Pack, recordings::Recordings, rpc::Peer, shared_bridge::LockedBridge,
+    args::{Args, RpcError},
+    msgpack::Pack,
+    recordings::Recordings,
+    rpc::Peer,
+    shared_bridge::LockedBridge,
     statics::Statics,
 };
 
@@ -25,12 +29,12 @@ pub(crate) struct StaticCall<'a> {
     /// The value of the answer, if it has one.
     pub(crate) out: &'a mut Pack,
     pub(crate) peer: &'a Peer,
-    pub(crate) ports: Ports,
+    /// Returns the actual port of the traffic manager of the port that a client asks for.
+    pub(crate) manager_port: &'a dyn Fn(u16) -> Result<u16, RpcError>,
 }
 
 /// The ports on which this process listens.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Ports {
     pub(crate) streams: u16,
-    pub(crate) manager: u16,
 }

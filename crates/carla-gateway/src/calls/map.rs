@@ -7,6 +7,7 @@ use crate::{
     blueprints,
     calls::call::{Call, StaticCall},
     statics::Statics,
+    traffic_managers::DEFAULT_PORT,
     wire::{Bounds, write_transform},
 };
 
@@ -71,9 +72,13 @@ pub(super) fn navigation_mesh(call: &mut StaticCall) -> Result<(), RpcError> {
     Ok(())
 }
 
-/// Returns the traffic manager's address and port: the address to which this client has connected.
+/// Returns the address and the actual port of the traffic manager of a port: the address to which this client has
+/// connected.
 pub(super) fn traffic_manager(call: &mut StaticCall) -> Result<(), RpcError> {
-    call.out.list(2).text(&call.peer.local.ip().to_string()).uint(call.ports.manager.into());
+    let wanted = if call.args.len() > 0 { call.args.u32()? } else { DEFAULT_PORT.into() };
+    let wanted = u16::try_from(wanted).map_err(|_| format!("{wanted} is no port"))?;
+    let port = (call.manager_port)(wanted)?;
+    call.out.list(2).text(&call.peer.local.ip().to_string()).uint(port.into());
     Ok(())
 }
 

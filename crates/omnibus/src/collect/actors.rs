@@ -6,24 +6,6 @@ use protocol::{Name, Pose, Spawn, flag};
 /// The blueprint of the ego.
 pub(crate) const EGO: &str = "vehicle.tesla.model3";
 
-/// Common paints of cars, sRGB.
-const PAINTS: [[u8; 3]; 14] = [
-    [236, 236, 234],
-    [236, 236, 234],
-    [26, 27, 30],
-    [26, 27, 30],
-    [120, 124, 128],
-    [176, 180, 183],
-    [66, 70, 76],
-    [24, 52, 104],
-    [52, 96, 150],
-    [142, 24, 26],
-    [196, 40, 32],
-    [38, 78, 56],
-    [150, 122, 84],
-    [214, 170, 40],
-];
-
 /// Returns the spawn points in the order in which vehicles take them, for a run without a host.
 pub(crate) fn places(network: &road::Network, seed: u64) -> Vec<Pose> {
     let mut places = shuffled(client_lib::spawn_poses(network), seed);
@@ -49,10 +31,17 @@ pub(crate) fn vehicle(pose: Pose, random: &mut RandomStream) -> Spawn {
     };
     let choice: Vec<_> = town::catalogue().iter().filter(|b| kind.contains(&b.base_type)).collect();
     let blueprint = random.choose(&choice);
-    let [r, g, b] = *random.choose(&PAINTS);
-    // Police cars, taxis and fire engines keep their livery.
-    let has_livery = matches!(blueprint.special_type, "emergency" | "taxi");
-    let color = if has_livery { 0 } else { u32::from_le_bytes([r, g, b, 255]) };
+    vehicle_of(blueprint, pose, random)
+}
+
+/// Returns a vehicle of this model, in a common paint.
+pub(crate) fn vehicle_of(
+    blueprint: &town::Blueprint,
+    pose: Pose,
+    random: &mut RandomStream,
+) -> Spawn {
+    let paint = blueprint.random_paint(random);
+    let color = paint.map_or(0, |[r, g, b]| u32::from_le_bytes([r, g, b, 255]));
     Spawn {
         blueprint: Name::new(blueprint.id),
         flags: flag::AUTOPILOT,

@@ -82,6 +82,15 @@ pub(crate) struct DataSetSettings {
     /// By how much drivers differ; absent: 1, as in the field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) driver_spread: Option<f32>,
+    /// The radius of hybrid physics; absent: physics is full everywhere.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) hybrid_radius_m: Option<f32>,
+    /// FNV-1a of the route file whose vehicles depart; absent: none do.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) routes_fnv1a64: Option<String>,
+    /// The time of the route file at which the scene begins.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(crate) routes_begin_secs: Option<f64>,
     /// Instead: vehicles per kilometre of driving lane near the ego.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) vehicles_per_km: Option<f32>,
@@ -243,7 +252,7 @@ pub(crate) struct Lidar {
     pub(crate) sweep: bool,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub(crate) divergence_rad: Option<f64>,
-    /// Whether fog and rain have returns, which have the id 0 and the tag 22.
+    /// Whether fog, rain and spray have returns, which have the id 0 and the tag 22.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub(crate) weather: bool,
 }

@@ -1,7 +1,10 @@
 //! One data set to be written: its scene, and its folder.
 
+use road::Network;
+
 use crate::collect::{
     CollectError, Options,
+    departures::Departures,
     folder::{Folder, FolderLock},
     format::{FORMAT, FrameLine, Metadata},
     frame_list::FrameList,
@@ -14,6 +17,8 @@ pub(crate) struct Job {
     pub(crate) plan: Plan,
     pub(crate) scene: Scene,
     pub(crate) sensors: Vec<PlannedSensor>,
+    /// Vehicles that depart at their times.
+    pub(crate) departures: Option<Departures>,
     /// How many frames rendering may lag behind.
     pub(crate) pipeline: u32,
     /// Threads that encode and write.
@@ -30,9 +35,11 @@ pub(crate) struct Job {
 }
 
 impl Job {
-    /// Locks the folder, which must be empty or hold a data set to resume.
-    pub(crate) fn prepare(options: &Options, plan: Plan) -> anyhow::Result<Job> {
+    /// Locks the folder, which must be empty or hold a data set to resume. `network` is that of the
+    /// scene's map.
+    pub(crate) fn prepare(options: &Options, plan: Plan, network: Network) -> anyhow::Result<Job> {
         let scene = plan.scene(options.scene.unwrap_or(0))?;
+        let departures = plan.demand.departures(network, scene.seed)?;
         let sensors = plan.planned_sensors()?;
         let folder = Folder::new(options.out()?);
         // First of all: another run may be about to write what is read here.
@@ -42,6 +49,7 @@ impl Job {
             plan,
             scene,
             sensors,
+            departures,
             pipeline: options.pipeline,
             threads: options.threads(),
             json: options.json,

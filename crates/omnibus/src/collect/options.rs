@@ -47,6 +47,17 @@ pub(crate) struct Options {
     /// By how much drivers differ: 0 not at all, 1 as in the field (1 without a plan)
     #[arg(long, value_name = "SPREAD")]
     driver_spread: Option<f32>,
+    /// Switches hybrid physics on: vehicles farther than this from the ego move by a kinematic model
+    #[arg(long, value_name = "METRES")]
+    hybrid_radius: Option<f32>,
+    /// Vehicles that depart at their times, take their routes and are removed where they arrive: a route
+    /// file of SUMO, on a net that netconvert made from this map's OpenDRIVE file
+    #[arg(long, value_name = "FILE.rou.xml")]
+    routes: Option<PathBuf>,
+    /// The time of --routes at which a scene begins, warm-up included, in seconds; vehicles that depart
+    /// earlier are left out (0 without a plan)
+    #[arg(long, value_name = "SECONDS")]
+    routes_begin: Option<f64>,
     /// Pedestrians on the sidewalks around the ego (30 without a plan)
     #[arg(long)]
     walkers: Option<u32>,
@@ -147,12 +158,21 @@ impl Options {
             vehicles => traffic.vehicles,
             vehicles_near => traffic.vehicles_near,
             driver_spread => traffic.driver_spread,
+            routes_begin => demand.begin_secs,
             walkers => traffic.walkers,
             image_format => images.format,
             jpeg_quality => images.jpeg_quality,
             keypoints => labels.keypoints,
             amodal_masks => labels.amodal_masks,
         }
+        plan.traffic.hybrid_radius_m = self.hybrid_radius.or(plan.traffic.hybrid_radius_m);
+        if let Some(path) = &self.routes {
+            plan.demand.routes = Some(path.clone());
+        }
+        ensure!(
+            self.routes_begin.is_none() || plan.demand.routes.is_some(),
+            "--routes-begin has no effect without --routes"
+        );
         if let Some(scenes) = self.scenes {
             plan.scenes = scenes.get();
         }

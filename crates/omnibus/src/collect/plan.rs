@@ -1,14 +1,19 @@
 //! A plan: the file that describes a collection, and the scene that each index of it means.
 
-use std::path::Path;
+use std::{
+    path::{Path, PathBuf},
+    sync::Arc,
+};
 
-use anyhow::{Context, anyhow, ensure};
+use anyhow::{Context, anyhow, bail, ensure};
 use protocol::{SensorSpec, output};
+use road::Network;
 use serde::{Deserialize, Serialize};
 
 use crate::{
     collect::{
         actors::EGO,
+        departures::Departures,
         events::{Crossing, Event},
         image_storage::ImageStorage,
         label_settings::LabelSettings,
@@ -46,6 +51,7 @@ pub(crate) struct Plan {
     pub(crate) weathers: Vec<WeatherEntry>,
     pub(crate) ego: EgoEntry,
     pub(crate) traffic: TrafficEntry,
+    pub(crate) demand: DemandEntry,
     pub(crate) images: ImageStorage,
     /// Labels besides boxes.
     pub(crate) labels: LabelSettings,
@@ -87,6 +93,39 @@ pub(crate) struct TrafficEntry {
     pub(crate) in_view: f32,
     /// By how much drivers differ: 0 not at all, 1 as in the field.
     pub(crate) driver_spread: f32,
+    /// The radius of hybrid physics; absent: physics is full everywhere.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) hybrid_radius_m: Option<f32>,
+}
+
+/// Vehicles that depart at their times and take their routes.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, Serialize)]
+#[serde(deny_unknown_fields, default)]
+pub(crate) struct DemandEntry {
+    /// A route file of SUMO for the only map of the plan.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) routes: Option<PathBuf>,
+    /// The time of the file at which a scene begins, warm-up included. Seconds.
+    pub(crate) begin_secs: f64,
+}
+
+impl DemandEntry {
+    /// Returns the vehicles of a scene.
+    pub(crate) fn departures(
+        &self,
+        network: Network,
+        seed: u64,
+    ) -> anyhow::Result<Option<Departures>> {
+        let Some(path) = &self.routes else { return Ok(None) };
+        Departures::read(path, self.begin_secs, Arc::new(network), seed).map(Some)
+    }
+}
+
+/// Checks the radius of hybrid physics; `what` names it.
+pub(crate) fn check_hybrid_radius(what: &str, radius_m: Option<f32>) -> anyhow::Result<()> {
+    let radius_m = radius_m.unwrap_or(0.0);
+    ensure!((0.0..=100_000.0).contains(&radius_m), "{what} is {radius_m}; use 0 to 100000");
+    Ok(())
 }
 
 impl Default for Plan {
@@ -104,6 +143,7 @@ impl Default for Plan {
             weathers: Vec::new(),
             ego: EgoEntry::default(),
             traffic: TrafficEntry::default(),
+            demand: DemandEntry::default(),
             images: ImageStorage::default(),
             labels: LabelSettings::default(),
             events: Vec::new(),
@@ -129,6 +169,7 @@ impl Default for TrafficEntry {
             radius_m: 120.0,
             in_view: 4.0,
             driver_spread: 1.0,
+            hybrid_radius_m: None,
         }
     }
 }
@@ -208,12 +249,20 @@ impl Plan {
         ensure!((0.0..=200.0).contains(&in_view), "traffic.in_view is {in_view}; use 0 to 200");
         let spread = self.traffic.driver_spread;
         ensure!((0.0..=3.0).contains(&spread), "traffic.driver_spread is {spread}; use 0 to 3");
+        check_hybrid_radius("traffic.hybrid_radius_m", self.traffic.hybrid_radius_m)?;
         ensure!(
             town::blueprint(&self.ego.blueprint)
                 .is_some_and(|_| self.ego.blueprint.starts_with("vehicle.")),
             "ego.blueprint is {:?}, which is no vehicle; omnibus blueprints lists them",
             self.ego.blueprint
         );
+        if let (Some(path), true) = (&self.demand.routes, self.maps.len() > 1) {
+            bail!(
+                "the routes of {} are for one map, but the plan has {}; use a plan for each map",
+                path.display(),
+                self.maps.len()
+            );
+        }
         let quality = self.images.jpeg_quality;
         ensure!((1..=100).contains(&quality), "images.jpeg_quality is {quality}; use 1 to 100");
         for route in &self.ego.routes {
@@ -377,6 +426,7 @@ mod tests {
             ("[[event]]\nat_secs = 1.0", "neither"),
             ("[traffic]\nradius_m = 1.0", "radius_m"),
             ("[traffic]\ndriver_spread = 3.5", "driver_spread is 3.5"),
+            ("[traffic]\nhybrid_radius_m = -1.0", "hybrid_radius_m is -1"),
             ("[images]\njpeg_quality = 0", "jpeg_quality is 0"),
             ("sensor = []", "no [[sensor]]"),
             ("[[sensor]]\nname = \"a\"\nkind = \"camera\"\noutputs = [\"flow\"]", "color, depth"),

@@ -85,11 +85,15 @@ pub(crate) struct RoadUsers {
     in_view: Vec<u32>,
 }
 
-/// Sets by how much drivers differ, unless it is what holds anyway.
+/// Sets by how much drivers differ and whether physics is hybrid, unless that is what holds anyway.
 fn set_drivers(client: &mut Client, traffic: &TrafficEntry) -> Result<(), CollectError> {
     let spread = traffic.driver_spread;
     if spread != TrafficEntry::default().driver_spread {
         client.set_traffic_param(ActorId::NONE, TrafficParam::DriverSpread(spread))?;
+    }
+    if let Some(radius_m) = traffic.hybrid_radius_m {
+        client.set_traffic_param(ActorId::NONE, TrafficParam::HybridRadiusM(radius_m))?;
+        client.set_traffic_param(ActorId::NONE, TrafficParam::HybridPhysics(true))?;
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::{
     collections::{BTreeMap, VecDeque},
     fmt,
-    path::PathBuf,
+    path::{Path, PathBuf},
     sync::atomic::{AtomicBool, Ordering},
 };
 
@@ -18,6 +18,7 @@ use serde_json::{Value, json};
 
 use crate::collect::{
     CollectError, Job, contact_sheet,
+    departures::Departures,
     ego_sensors::{EgoSensors, ego_sensor_specs},
     encoders::{Bytes, DataSetContext, EncoderPool, FrameCounts, FrameData, Permit, make_folders},
     events::Event,
@@ -128,7 +129,18 @@ pub(crate) fn collect(
     client: &mut Client,
     stop: &AtomicBool,
 ) -> Result<Summary, CollectError> {
-    let Job { plan, scene, sensors, folder, frame_list, lines, before, lock: _lock, .. } = job;
+    let Job {
+        plan,
+        scene,
+        sensors,
+        departures,
+        folder,
+        frame_list,
+        lines,
+        before,
+        lock: _lock,
+        ..
+    } = job;
     let (pipeline, threads) = (job.pipeline, job.threads);
     let mut progress = Progress::new(job.json);
     progress.show_step("placing the road users");
@@ -152,6 +164,9 @@ pub(crate) fn collect(
         vehicles_requested: plan.traffic.vehicles,
         vehicles_near: plan.traffic.vehicles_near,
         driver_spread: Some(plan.traffic.driver_spread).filter(|spread| *spread != 1.0),
+        hybrid_radius_m: plan.traffic.hybrid_radius_m,
+        routes_fnv1a64: plan.demand.routes.as_deref().map(hash_file).transpose()?,
+        routes_begin_secs: plan.demand.routes.is_some().then_some(plan.demand.begin_secs),
         vehicles_per_km: plan.traffic.vehicles_per_km,
         walkers_per_km: plan.traffic.walkers_per_km,
         walkers_requested: plan.traffic.walkers,
@@ -231,6 +246,7 @@ pub(crate) fn collect(
         first_kept: Frame(origin.0 + plan.warmup),
         kept: 0,
         road_users,
+        departures,
         weather,
         sun_altitude_rad: None,
         events: plan.events.clone(),
@@ -296,6 +312,11 @@ pub(crate) fn collect(
 
 const MAP: &str = "map.xodr";
 
+fn hash_file(path: &Path) -> Result<String, CollectError> {
+    let bytes = std::fs::read(path).map_err(|e| CollectError::io(path, e))?;
+    Ok(hash_text(mesh::fnv1a64(&bytes)))
+}
+
 fn write_map(folder: &Folder, episode: &Episode) -> Result<(), CollectError> {
     write_atomically(&folder.root().join(MAP), episode.open_drive.as_bytes())
 }
@@ -348,6 +369,7 @@ struct Run<'a> {
     /// Frames that were kept up to here, in this run or before.
     kept: u64,
     road_users: RoadUsers,
+    departures: Option<Departures>,
     /// The weather of the next frame.
     weather: Weather,
     /// Events that are to come.
@@ -427,9 +449,13 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Sends the commands of the next frame: weather, events, and those that lead and replace road users.
+    /// Sends the commands of the next frame: weather, events, departures, and those that lead and replace
+    /// road users.
     fn send_commands(&mut self, client: &mut Client) -> Result<(), CollectError> {
         let mut commands = self.road_users.advance(client)?;
+        if let Some(departures) = &mut self.departures {
+            departures.advance(client)?;
+        }
         let after = client.frame().0.saturating_sub(self.first_kept.0);
         let before = self.weather;
         if let Some(sun_altitude_rad) = self.plan.sun_altitude_rad(self.kept)

@@ -6,9 +6,12 @@ use protocol::{Command, Name, Settings, Spawn, flag};
 
 use crate::{BackgroundHost, collect::places, launch::WorldArgs};
 
-/// Returns the nanoseconds of each tick, from the call to its return, and the number of vehicles.
+/// Returns the nanoseconds of each tick, from the call to its return, and the number of vehicles. The
+/// world begins with `commands`.
 pub(super) fn measure(
     world: &WorldArgs,
+    settings: Settings,
+    commands: &[Command],
     vehicles_max: usize,
     warmup: u64,
     frames: u64,
@@ -17,11 +20,15 @@ pub(super) fn measure(
         Vec::new()
     } else {
         let places = places(&world.network()?, world.seed());
-        places.into_iter().take(vehicles_max).map(vehicle).collect()
+        let roles = std::iter::once("hero").chain(std::iter::repeat(""));
+        places.into_iter().take(vehicles_max).zip(roles).map(vehicle).collect()
     };
-    let settings = Settings { synchronous: 1, ..Settings::default() };
+    let settings = Settings { synchronous: 1, ..settings };
     let host = BackgroundHost::start(world, settings)?;
     let mut client = host.connect("stage")?;
+    if !commands.is_empty() {
+        client.try_wire_request("settings", commands)?;
+    }
     let mut vehicles = 0;
     if !spawns.is_empty() {
         let outcomes = client.try_wire_request("spawn", &spawns)?;
@@ -42,10 +49,11 @@ pub(super) fn measure(
     Ok((nanos, vehicles))
 }
 
-fn vehicle(pose: protocol::Pose) -> Command {
+fn vehicle((pose, role): (protocol::Pose, &str)) -> Command {
     Command::Spawn(Spawn {
         blueprint: Name::new(crate::collect::EGO),
         flags: flag::AUTOPILOT,
+        role: Name::new(role),
         pose,
         ..Spawn::default()
     })

@@ -181,6 +181,36 @@ fn every_vehicle_with_anti_lock_brakes_stops_without_locking() {
     }
 }
 
+/// Brakes as hard as traffic does in a swerve to one side and back. Returns the largest slip angle, and the deviation
+/// of the final heading from the first, in degrees.
+fn braked_swerve_deg(model: VehicleModel) -> (f32, f32) {
+    let mut lone = on_flat(model, 20.0);
+    lone.control.brake = 0.8;
+    let mut most = 0.0f32;
+    for frame in 0..60 {
+        lone.control.steer = [0.012, -0.012, 0.0][(frame / 8).min(2)];
+        lone.frame();
+        if lone.speed() > 3.0 {
+            most = most.max(slip_rad(&lone).abs().to_degrees());
+        }
+    }
+    let ahead = lone.rotation() * Vec3::X;
+    (most, ahead.y.atan2(ahead.x).abs().to_degrees())
+}
+
+#[test]
+fn a_motorcycle_that_brakes_hard_does_not_slide() {
+    let mut bad = Vec::new();
+    for (id, model) in vehicles().filter(|(_, model)| model.class == Class::Motorcycle) {
+        let (slip, turned) = braked_swerve_deg(model);
+        println!("{id}: slip {slip:.1} degrees, turned by {turned:.1}");
+        if slip > 5.0 || turned > 10.0 {
+            bad.push(format!("{id}: slip {slip} degrees, turned by {turned}"));
+        }
+    }
+    assert!(bad.is_empty(), "{bad:?}");
+}
+
 #[test]
 fn a_two_wheeler_leans_no_further_than_its_tyres_hold() {
     for (id, model) in vehicles().filter(|(_, model)| model.lean.is_some()) {
