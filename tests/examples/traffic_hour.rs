@@ -40,6 +40,9 @@ struct Arguments {
     /// Simulated time, in seconds.
     #[arg(long, default_value_t = 3600)]
     seconds: u32,
+    /// Ends after this time of the clock, in seconds, even if less has been simulated.
+    #[arg(long, default_value_t = f64::INFINITY)]
+    wall_seconds: f64,
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
@@ -72,12 +75,18 @@ fn main() {
         if let Some(trace) = trace.as_mut().filter(|_| tick % 20 == 0) {
             world.write(trace).expect("the trace can be written");
         }
+        if tick % 20 == 0 && wall_s(begin_nanos) > arguments.wall_seconds {
+            break;
+        }
     }
     drop(trace);
-    let wall_s = (bus::clock::now_nanos() - begin_nanos) as f64 * 1e-9;
-    if !world.report(&name, wall_s) {
+    if !world.report(&name, wall_s(begin_nanos)) {
         std::process::exit(1);
     }
+}
+
+fn wall_s(begin_nanos: u64) -> f64 {
+    (bus::clock::now_nanos() - begin_nanos) as f64 * 1e-9
 }
 
 fn begin_trace(path: &Path) -> BufWriter<File> {

@@ -11,7 +11,7 @@ use mesh::{Mesh, RandomStream, Tag};
 use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
 use road::{LanePoint, LaneType, LaneTypes, Network};
 use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
-use traffic::{Planner, VehiclePlan};
+use traffic::{Planner, VehiclePlan, WaitReason};
 
 use crate::red_lights::RedLights;
 
@@ -22,6 +22,8 @@ const JAM_M: f32 = 5.0;
 /// Contacts within this time belong to the same collision.
 const SAME_CRASH_S: f32 = 10.0;
 const JAM_MAX_S: f32 = 120.0;
+/// A vehicle this near to its leader waits behind it. Metres.
+const QUEUE_GAP_M: f32 = 12.0;
 /// A vehicle that stands longer than this with a free path has given up.
 const IDLE_MAX_S: f32 = 180.0;
 /// A vehicle in one place for longer than this at the end is in a permanent jam.
@@ -63,6 +65,9 @@ struct Record {
     longest_s: f32,
     longest_at: Vec3,
     longest_from_s: f32,
+    /// What it has waited for since then, and what in its longest stay: seconds by cause.
+    causes: BTreeMap<Cause, u32>,
+    longest_causes: BTreeMap<Cause, u32>,
     /// How long it has stood with a free path, now and at most.
     idle_s: f32,
     idle_longest_s: f32,
@@ -76,6 +81,24 @@ struct Record {
     lost_s: f32,
     top_mps: f32,
     toppled_s: f32,
+}
+
+/// What the vehicle at the head of a queue waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Cause {
+    Signal,
+    ExitBlocked,
+    Conflict,
+    SweptPath,
+    /// An actor that is no vehicle with a plan: a walker or a prop.
+    Actor,
+    Merge,
+    /// A cycle of vehicles, each behind the next.
+    Cycle,
+    /// Nothing: the head of the queue drives.
+    Drives,
+    /// Nothing: the head of the queue stands with a free path.
+    Idle,
 }
 
 /// Observations of one pedestrian.
@@ -217,6 +240,9 @@ impl World {
         for record in &mut self.records {
             record.lost_s += DELTA_S;
         }
+        if self.sim.stamp().frame.0.is_multiple_of(20) {
+            self.count_causes();
+        }
         self.red_lights.advance(&self.sim.states()[..from], DELTA_S);
         for vehicle_plan in self.planner.vehicle_plans() {
             let row = vehicle_plan.actor_id.0 as usize - 1 - from;
@@ -248,6 +274,44 @@ impl World {
         }
     }
 
+    /// Counts, once a second, what each vehicle waits for that stands.
+    fn count_causes(&mut self) {
+        let plans: BTreeMap<ActorId, VehiclePlan> =
+            self.planner.vehicle_plans().map(|one| (one.actor_id, one)).collect();
+        let stands = |id: ActorId| self.sim.states()[id.0 as usize - 1].velocity().length() < 0.5;
+        for (row, record) in self.records.iter_mut().enumerate() {
+            let id = ActorId((self.vehicles_from + row + 1) as u32);
+            let Some(mut head) = plans.get(&id).filter(|_| record.anchored_s > 1.0) else {
+                continue;
+            };
+            let mut cause = Cause::Cycle;
+            for _ in 0..100 {
+                let behind = head.leader_m < QUEUE_GAP_M && head.leader != ActorId::NONE;
+                cause = match head.wait_reason {
+                    WaitReason::Signal => Cause::Signal,
+                    WaitReason::ExitBlocked => Cause::ExitBlocked,
+                    WaitReason::Conflict => Cause::Conflict,
+                    WaitReason::SweptPath => Cause::SweptPath,
+                    WaitReason::None | WaitReason::Queue if behind => {
+                        match plans.get(&head.leader) {
+                            Some(leader) => {
+                                head = leader;
+                                cause = Cause::Cycle;
+                                continue;
+                            }
+                            None => Cause::Actor,
+                        }
+                    }
+                    _ if head.merge_m < QUEUE_GAP_M => Cause::Merge,
+                    _ if stands(head.actor_id) => Cause::Idle,
+                    _ => Cause::Drives,
+                };
+                break;
+            }
+            *record.causes.entry(cause).or_default() += 1;
+        }
+    }
+
     /// Records what happened to the vehicles.
     fn judge(&mut self) {
         let time_s = self.time_s();
@@ -259,11 +323,15 @@ impl World {
             record.anchored_s += DELTA_S;
             if place.distance(record.anchor) > JAM_M {
                 (record.anchor, record.anchored_s) = (place, 0.0);
+                record.causes.clear();
             }
             if record.anchored_s > record.longest_s {
                 record.longest_s = record.anchored_s;
                 record.longest_at = place;
                 record.longest_from_s = time_s - record.anchored_s;
+                if record.longest_s > JAM_MAX_S {
+                    record.longest_causes.clone_from(&record.causes);
+                }
             }
             if (actor.pose.rotation() * Vec3::Z).z < 0.5 {
                 record.toppled_s += DELTA_S;
@@ -443,6 +511,17 @@ impl World {
         for (time_s, id, signal) in self.violations.iter().take(10) {
             println!("  {time_s:.1} s: {} passed signal {signal} at red", id.0);
         }
+        let mut causes = BTreeMap::<Cause, usize>::new();
+        for record in records {
+            // A stay that has only just become too long has no causes yet.
+            let most = record.longest_causes.iter().max_by_key(|(_, seconds)| **seconds);
+            *causes.entry(most.map_or(Cause::Idle, |(cause, _)| *cause)).or_default() +=
+                usize::from(record.longest_s > JAM_MAX_S);
+        }
+        causes.retain(|_, jams| *jams > 0);
+        println!(
+            "{name}: heads of the queues of vehicles that stayed in one place wait for {causes:?}"
+        );
         self.name_the_worst();
         straight >= FREE_SHARE_MIN
             && short + jams + toppled + self.teleports + self.crashes.len() == 0
@@ -550,7 +629,8 @@ impl World {
             format!("{:.0} m, top speed {:.1} m/s", r.driven_m, r.top_mps)
         });
         worst("longest in one place", &|r| r.longest_s, &|r| {
-            format!("{:.0} s at {:.0} from {:.0} s on", r.longest_s, r.longest_at, r.longest_from_s)
+            let (long, at, from) = (r.longest_s, r.longest_at, r.longest_from_s);
+            format!("{long:.0} s at {at:.0} from {from:.0} s on: {:?}", r.longest_causes)
         });
         worst("farthest off the road", &|r| r.beside_m, &|r| {
             format!("{:.2} m at {:.0}, {:.1} s", r.beside_m, r.beside_at, r.beside_from_s)

@@ -191,7 +191,9 @@ fn obstacles(network: &Network, town: &Town) -> Vec<String> {
             let inside = side_m < half * network.width(near) - 0.3
                 && offset.truncate().perp_dot(across).abs() < 0.3;
             if inside && offset.z.abs() < 2.0 {
-                found.push(format!("a collider on a lane at {probe}, {side_m:.2} m beside its middle"));
+                found.push(format!(
+                    "a collider on a lane at {probe}, {side_m:.2} m beside its middle"
+                ));
             }
         }
     }
