@@ -20,7 +20,7 @@ from PIL import Image
 WARMUP_SECS, IMAGES, EVERY_SECS, DELTA_SECS = 90.0, 8, 2.0, 0.05
 SIDE_PX, FOV_RAD = 400, math.radians(40.0)
 VEHICLE, WALKER, LIGHT = 1, 2, 3
-OPTIONS = ["--vehicles", "140", "--walkers", "160", "--quality", "standard"]
+OPTIONS = ["--vehicles", "300", "--walkers", "200", "--quality", "standard"]
 
 
 def busiest(places: np.ndarray, actors: np.ndarray, within_m: float) -> np.ndarray:
