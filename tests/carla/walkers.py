@@ -1,7 +1,8 @@
 """Twenty walkers of the official package walk on the map's navigation mesh.
 
 Usage: walkers.py PORT SECONDS [FACTOR]. Prints how far they walked and on which surfaces. FACTOR is the
-share of walkers that cross quiet streets away from crosswalks.
+share of walkers that cross quiet streets away from crosswalks; with it, each walks to and fro between the
+two sides of a street.
 """
 
 import os
@@ -37,21 +38,32 @@ def main(port, seconds, factor=0.0):
     library = world.get_blueprint_library()
     blueprints = library.filter("walker.pedestrian.*")
     walkers, controllers = [], []
+    sides = across(world, crosswalks) if factor else []
+    # The place from which a walker comes, and its goal.
+    ends = []
     while len(walkers) < COUNT:
-        place = world.get_random_location_from_navigation()
+        place, goal = sides.pop() if factor else (world.get_random_location_from_navigation(),) * 2
         assert place is not None, "the map has no navigation mesh"
         walker = world.try_spawn_actor(blueprints[len(walkers)], carla.Transform(place))
         if walker is not None:
             walkers.append(walker)
+            ends.append([place, goal])
     world.tick()
     for walker in walkers:
         controller = library.find("controller.ai.walker")
         controllers.append(world.spawn_actor(controller, carla.Transform(), attach_to=walker))
     world.tick()
+
+    def next_goal(index):
+        if factor:
+            ends[index].reverse()
+            return ends[index][0]
+        return world.get_random_location_from_navigation()
+
     goals = []
     for index, controller in enumerate(controllers):
         controller.start()
-        goals.append(world.get_random_location_from_navigation())
+        goals.append(next_goal(index))
         controller.go_to_location(goals[-1])
         controller.set_max_speed(1.0 + 0.05 * index)
     way = [0.0] * COUNT
@@ -65,7 +77,7 @@ def main(port, seconds, factor=0.0):
             way[index] += step
             last[index] = at
             if at.distance(goals[index]) < 2.0:
-                goals[index] = world.get_random_location_from_navigation()
+                goals[index] = next_goal(index)
                 controllers[index].go_to_location(goals[index])
             if frame % 10:
                 continue
@@ -96,6 +108,29 @@ def main(port, seconds, factor=0.0):
         controller.stop()
     print(f"{moving} of {COUNT} walked {sum(way):.0f} m in total, {crossing} of {looked} samples on "
           f"crosswalks, {len(on_road) or 'none'} on a road")
+
+
+def across(world, crosswalks):
+    """Returns pairs of places on the two sides of a street, away from crosswalks."""
+    cells, pairs = {}, []
+    for _ in range(4000):
+        place = world.get_random_location_from_navigation()
+        assert place is not None, "the map has no navigation mesh"
+        cells.setdefault((int(place.x // 16), int(place.y // 16)), []).append(place)
+    for places in cells.values():
+        for number, first in enumerate(places):
+            for second in places[:number]:
+                middle = (first + second) / 2.0
+                near = any(min(middle.distance(corner) for corner in outline) < 15.0 for outline in crosswalks)
+                if near or not 8.0 < first.distance(second) < 14.0:
+                    continue
+                down = world.cast_ray(middle + carla.Location(z=1.0), middle - carla.Location(z=3.0))
+                if any(hit.label in (LABELS.Roads, LABELS.RoadLines) for hit in down):
+                    pairs.append((first, second))
+                    break
+    assert len(pairs) >= COUNT, f"only {len(pairs)} pairs of places across a street"
+    # Far apart, as the cells come in the order of random places.
+    return pairs
 
 
 def outlines(points):

@@ -226,7 +226,7 @@ fn the_package_s_own_walkers_cross_quiet_streets_by_the_cross_factor() {
     let test = "the_package_s_own_walkers_cross_quiet_streets_by_the_cross_factor";
     let Some(python) = python_or_skip(test) else { return };
     let (sim, port) = with_carla_server(&["--map", "Greatmoor"]);
-    let output = play(&python, "walkers.py", port, &["300", "1"]);
+    let output = play(&python, "walkers.py", port, &["120", "1"]);
     let words = String::from_utf8_lossy(&output.stderr);
     let said = String::from_utf8_lossy(&output.stdout);
     assert!(output.status.success(), "{}: {said}{words}\n{}", output.status, sim.log());
