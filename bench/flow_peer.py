@@ -61,7 +61,7 @@ def ring(radius_m: float, limit_kmh: int, lanes: int) -> str:
 
 
 def ours(radius_m: float, limit_kmh: int, lanes: int, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Returns speeds and accelerations of all vehicles at all frames."""
+    """Returns speeds and positions on the ring, in radians, of all vehicles at all frames."""
     middle_y = radius_m - LANE_M / 2
     with tempfile.TemporaryDirectory() as folder:
         path = os.path.join(folder, "ring.xodr")
@@ -77,11 +77,12 @@ def ours(radius_m: float, limit_kmh: int, lanes: int, count: int) -> tuple[np.nd
                 client.spawn(CAR, omnibus.Pose(place, half), autopilot=True)
             for _ in client.ticks(round(SETTLE_SECS / DELTA_SECS)):
                 pass
-            speeds = []
+            speeds, turns = [], []
             for frame in client.ticks(round(MEASURE_SECS / DELTA_SECS)):
                 speeds.append(np.linalg.norm(frame.world.actors["velocity_mps"], axis=1))
-    speeds = np.array(speeds)
-    return speeds, np.diff(speeds, axis=0) / DELTA_SECS
+                x, y, _ = frame.world.actors["position_m"].T
+                turns.append(np.arctan2(x, middle_y - y))
+    return np.array(speeds), np.array(turns)
 
 
 def peer(radius_m: float, limit_kmh: int, lanes: int, count: int) -> tuple[np.ndarray, np.ndarray]:
@@ -128,14 +129,25 @@ def peer(radius_m: float, limit_kmh: int, lanes: int, count: int) -> tuple[np.nd
             )
         for _ in range(round(SETTLE_SECS / DELTA_SECS)):
             libsumo.simulationStep()
-        speeds = []
+        speeds, turns = [], []
         for _ in range(round(MEASURE_SECS / DELTA_SECS)):
             libsumo.simulationStep()
-            speeds.append([libsumo.vehicle.getSpeed(v) for v in sorted(libsumo.vehicle.getIDList())])
+            names = sorted(libsumo.vehicle.getIDList())
+            speeds.append([libsumo.vehicle.getSpeed(name) for name in names])
+            x, y = np.array([libsumo.vehicle.getPosition(name) for name in names]).T
+            turns.append(np.arctan2(y, x))
         libsumo.close()
     assert len(speeds[0]) == count, f"SUMO has {len(speeds[0])} of {count} vehicles"
-    speeds = np.array(speeds)
-    return speeds, np.diff(speeds, axis=0) / DELTA_SECS
+    return np.array(speeds), np.array(turns)
+
+
+def time_headways(speeds: np.ndarray, turns: np.ndarray, radius_m: float) -> np.ndarray:
+    """Returns the times from front to front on one lane, of vehicles faster than 3 m/s."""
+    order = np.argsort(turns, axis=1)
+    turns = np.take_along_axis(turns, order, axis=1)
+    gaps_m = np.diff(turns, axis=1, append=turns[:, :1] + 2.0 * math.pi) * radius_m
+    speeds = np.take_along_axis(speeds, order, axis=1)
+    return gaps_m[speeds > 3.0] / speeds[speeds > 3.0]
 
 
 def main(out: str) -> None:
@@ -150,16 +162,23 @@ def main(out: str) -> None:
             density = count / lanes_km
             row = [density]
             for name, measure in (("omnibus", ours), ("SUMO", peer)):
-                speeds, accels = measure(radius_m, limit_kmh, lanes, count)
+                speeds, turns = measure(radius_m, limit_kmh, lanes, count)
+                # Over 1.1 s, as trajectories of videos are smoothed.
+                window = round(1.1 / DELTA_SECS)
+                accels = (speeds[window:] - speeds[:-window]) / (window * DELTA_SECS)
                 flow = density * speeds.mean() * 3.6
                 row.append(flow)
-                low, high = np.percentile(accels, [5.0, 95.0])
+                shown = [("acceleration", "m/s2", accels)]
+                if lanes == 1:
+                    shown.append(("time headway", "s", time_headways(speeds, turns, radius_m)))
                 print(
                     f"{lanes} x {limit_kmh} km/h, {density:.1f} vehicles/km, {name}: {flow:.0f} vehicles/h, speed "
-                    f"{speeds.mean() * 3.6:.1f} +- {speeds.std() * 3.6:.1f} km/h, acceleration {low:.2f} to "
-                    f"{high:.2f} m/s2 (5 to 95 %)",
+                    f"{speeds.mean() * 3.6:.1f} +- {speeds.std() * 3.6:.1f} km/h",
                     flush=True,
                 )
+                for what, unit, values in shown:
+                    parts = " ".join(f"{part:.2f}" for part in np.percentile(values, [5, 15, 50, 85, 95]))
+                    print(f"    {what}, {unit}, 5, 15, 50, 85, 95 %: {parts}", flush=True)
             rows.append(row)
         table = np.array(rows)
         axis.plot(table[:, 0], table[:, 1], "o-", label="Omnibus")
