@@ -11,7 +11,7 @@ use mesh::{Mesh, RandomStream, Tag};
 use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
 use road::{LanePoint, LaneType, LaneTypes, Network};
 use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
-use traffic::{Planner, VehiclePlan, WaitReason};
+use traffic::{Planner, VehiclePlan, WaitCause};
 
 use crate::red_lights::RedLights;
 
@@ -22,8 +22,6 @@ const JAM_M: f32 = 5.0;
 /// Contacts within this time belong to the same collision.
 const SAME_CRASH_S: f32 = 10.0;
 const JAM_MAX_S: f32 = 120.0;
-/// A vehicle this near to its leader waits behind it. Metres.
-const QUEUE_GAP_M: f32 = 12.0;
 /// A vehicle that stands longer than this with a free path has given up.
 const IDLE_MAX_S: f32 = 180.0;
 /// A vehicle in one place for longer than this at the end is in a permanent jam.
@@ -66,8 +64,8 @@ struct Record {
     longest_at: Vec3,
     longest_from_s: f32,
     /// What it has waited for since then, and what in its longest stay: seconds by cause.
-    causes: BTreeMap<Cause, u32>,
-    longest_causes: BTreeMap<Cause, u32>,
+    causes: BTreeMap<WaitCause, u32>,
+    longest_causes: BTreeMap<WaitCause, u32>,
     /// How long it has stood with a free path, now and at most.
     idle_s: f32,
     idle_longest_s: f32,
@@ -81,24 +79,6 @@ struct Record {
     lost_s: f32,
     top_mps: f32,
     toppled_s: f32,
-}
-
-/// What the vehicle at the head of a queue waits for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-enum Cause {
-    Signal,
-    ExitBlocked,
-    Conflict,
-    SweptPath,
-    /// An actor that is no vehicle with a plan: a walker or a prop.
-    Actor,
-    Merge,
-    /// A cycle of vehicles, each behind the next.
-    Cycle,
-    /// Nothing: the head of the queue drives.
-    Drives,
-    /// Nothing: the head of the queue stands with a free path.
-    Idle,
 }
 
 /// Observations of one pedestrian.
@@ -274,41 +254,15 @@ impl World {
         }
     }
 
-    /// Counts, once a second, what each vehicle waits for that stands.
+    /// Counts, once a second, what the queue of each vehicle waits for that stands.
     fn count_causes(&mut self) {
-        let plans: BTreeMap<ActorId, VehiclePlan> =
-            self.planner.vehicle_plans().map(|one| (one.actor_id, one)).collect();
-        let stands = |id: ActorId| self.sim.states()[id.0 as usize - 1].velocity().length() < 0.5;
         for (row, record) in self.records.iter_mut().enumerate() {
             let id = ActorId((self.vehicles_from + row + 1) as u32);
-            let Some(mut head) = plans.get(&id).filter(|_| record.anchored_s > 1.0) else {
-                continue;
-            };
-            let mut cause = Cause::Cycle;
-            for _ in 0..100 {
-                let behind = head.leader_m < QUEUE_GAP_M && head.leader != ActorId::NONE;
-                cause = match head.wait_reason {
-                    WaitReason::Signal => Cause::Signal,
-                    WaitReason::ExitBlocked => Cause::ExitBlocked,
-                    WaitReason::Conflict => Cause::Conflict,
-                    WaitReason::SweptPath => Cause::SweptPath,
-                    WaitReason::None | WaitReason::Queue if behind => {
-                        match plans.get(&head.leader) {
-                            Some(leader) => {
-                                head = leader;
-                                cause = Cause::Cycle;
-                                continue;
-                            }
-                            None => Cause::Actor,
-                        }
-                    }
-                    _ if head.merge_m < QUEUE_GAP_M => Cause::Merge,
-                    _ if stands(head.actor_id) => Cause::Idle,
-                    _ => Cause::Drives,
-                };
-                break;
+            if record.anchored_s > 1.0
+                && let Some(head) = self.planner.queue_head(id)
+            {
+                *record.causes.entry(head.cause).or_default() += 1;
             }
-            *record.causes.entry(cause).or_default() += 1;
         }
     }
 
@@ -511,11 +465,11 @@ impl World {
         for (time_s, id, signal) in self.violations.iter().take(10) {
             println!("  {time_s:.1} s: {} passed signal {signal} at red", id.0);
         }
-        let mut causes = BTreeMap::<Cause, usize>::new();
+        let mut causes = BTreeMap::<WaitCause, usize>::new();
         for record in records {
             // A stay that has only just become too long has no causes yet.
             let most = record.longest_causes.iter().max_by_key(|(_, seconds)| **seconds);
-            *causes.entry(most.map_or(Cause::Idle, |(cause, _)| *cause)).or_default() +=
+            *causes.entry(most.map_or(WaitCause::Idle, |(cause, _)| *cause)).or_default() +=
                 usize::from(record.longest_s > JAM_MAX_S);
         }
         causes.retain(|_, jams| *jams > 0);

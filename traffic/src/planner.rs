@@ -19,6 +19,7 @@ use crate::{
     prop_waits::{self, PropWait},
     route,
     spread::{Spread, Threads},
+    standstill::{self, QueueHead, Standstill, Stays},
     state::{PlannerState, RestoreError},
     tracks::lookup::Memo,
     vehicle_plan::{IntendedMotion, VehiclePlan},
@@ -45,6 +46,8 @@ pub struct Planner {
     lights: Vec<LightState>,
     scratch: Scratch,
     prop_waits: Vec<PropWait>,
+    stays: Stays,
+    standstills: Vec<Standstill>,
     threads: Threads,
 }
 
@@ -127,6 +130,8 @@ impl Planner {
             lights: Vec::new(),
             scratch: Scratch::default(),
             prop_waits: Vec::new(),
+            stays: Stays::default(),
+            standstills: Vec::new(),
             threads: Threads::new(1),
         }
     }
@@ -166,6 +171,13 @@ impl Planner {
             seconds(delta_nanos),
             &mut self.prop_waits,
         );
+        let view = standstill::View {
+            vehicles: &self.state.vehicles,
+            agents: &self.scratch.agents,
+            leaders: &self.scratch.leaders,
+            junctions: &self.scratch.junctions,
+        };
+        self.stays.find(&view, seconds(delta_nanos), &mut self.standstills);
         self.plan_lights(actors, delta_nanos, spread);
     }
 
@@ -219,6 +231,26 @@ impl Planner {
         &self.prop_waits
     }
 
+    /// Returns the vehicles that have stayed in one place for 120 s, with the heads of their queues:
+    /// each standstill once, in the frame in which it has lasted that long.
+    pub fn new_standstills(&self) -> &[Standstill] {
+        &self.standstills
+    }
+
+    /// Returns the head of the queue in which a vehicle stood in the last frame; `None` if it is no
+    /// vehicle on autopilot near a road.
+    pub fn queue_head(&self, vehicle: ActorId) -> Option<QueueHead> {
+        let vehicles = &self.state.vehicles[..self.controls.len()];
+        let row = vehicles.binary_search_by_key(&vehicle.0, |row| row.id).ok()?;
+        let view = standstill::View {
+            vehicles: &self.state.vehicles,
+            agents: &self.scratch.agents,
+            leaders: &self.scratch.leaders,
+            junctions: &self.scratch.junctions,
+        };
+        (vehicles[row].located == 1).then(|| standstill::head(row, &view))
+    }
+
     /// Returns the state that a planner needs beside the next snapshot to continue. Equal planners
     /// have equal bytes.
     pub fn save(&self) -> Vec<u8> {
@@ -246,6 +278,7 @@ impl Planner {
         self.controls.clear();
         self.walker_controls.clear();
         self.lights.clear();
+        (self.stays, self.standstills) = (Stays::default(), Vec::new());
         Ok(())
     }
 

@@ -6,10 +6,11 @@ use bus::{
     BusError, Event, Instance, Participant, Role, SlotInstant, Snapshot, TrafficPorts, clock, fault,
 };
 use protocol::{
-    Command, Episode, Frame, JournalEntry, Name, SnapshotHeader, TrafficHeader, param, status,
+    ActorId, Command, Episode, Frame, JournalEntry, Name, SnapshotHeader, TrafficHeader, param,
+    status,
 };
 
-use crate::{Planner, RestoreError};
+use crate::{Planner, QueueHead, RestoreError};
 
 /// Why the traffic process ended before its host.
 #[derive(Debug, thiserror::Error)]
@@ -155,6 +156,20 @@ impl TrafficStage {
                 frame.0,
                 wait.vehicle,
                 wait.prop
+            );
+        }
+        for standstill in self.planner.new_standstills() {
+            let QueueHead { vehicle, cause, waits_for } = standstill.head;
+            let of = if waits_for == ActorId::NONE {
+                String::new()
+            } else {
+                format!(" (actor {})", waits_for.0)
+            };
+            log::info!(
+                "{} vehicle {} has stood for 120 s: vehicle {}, the head of its queue, waits for {cause}{of}",
+                frame.0,
+                standstill.vehicle.0,
+                vehicle.0
             );
         }
         self.saved.clear();

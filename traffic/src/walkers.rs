@@ -24,6 +24,8 @@ use glam::Vec2;
 use protocol::{ActorId, WalkerControl};
 use walkable::Search;
 
+#[cfg(test)]
+pub(crate) use self::ground::{CrossedLane, Crossing};
 use self::{
     approaching::Approaching,
     aside::InSweptPaths,
@@ -41,6 +43,8 @@ const RETURN_M: f32 = 30.0;
 const OFF_GROUND_M: f32 = 0.4;
 /// Time for which a walker that has stepped out of a swept path leaves it to the vehicle. Seconds.
 const ASIDE_S: f32 = 6.0;
+/// Length of free ground that a walker needs to step aside. Metres.
+const ROOM_M: f32 = 0.5;
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
 /// Distance before the middle of a lane from which on a walker that crosses towards it claims it. Metres.
@@ -84,7 +88,8 @@ impl Scratch {
     }
 
     /// Returns the stretches of lanes that walkers on crossings are about to walk over: agent, lane,
-    /// arc length. A walker that only returns to a crossing claims nothing: it may be unable to.
+    /// arc length. A walker that only returns to a crossing claims nothing: it may be unable to; nor
+    /// does one that stands at its end, on the sidewalk.
     pub(crate) fn claims(
         &self,
         ground: &WalkerGround,
@@ -100,7 +105,14 @@ impl Scratch {
             }
             let crossing = &ground.crossings[crossing as usize];
             let along_m = (at - crossing.center).dot(crossing.axis);
-            let ahead = agents.velocity[agent as usize].dot(crossing.axis).signum();
+            let along_mps = agents.velocity[agent as usize].dot(crossing.axis);
+            // One that stands at the end has crossed and waits for another crossing, or is about to
+            // begin.
+            let leaves_end = along_mps * -along_m.signum() > pace::SLOW_MPS;
+            if along_m.abs() > crossing.half_length_m && !leaves_end {
+                continue;
+            }
+            let ahead = along_mps.signum();
             for lane in &crossing.lanes {
                 let to_m = (lane.along_m - along_m) * ahead;
                 if (-CLEARED_M..CLAIM_M).contains(&to_m) {
@@ -171,21 +183,27 @@ pub(crate) fn plan(
         let gate = gate(row, standing, velocity, approaching, view);
         let holds = |(crossing, leave)| (leave == Leave::Wait).then_some(crossing);
         let grants = |(crossing, leave)| (leave == Leave::Go).then_some(crossing);
-        if gate.is_some_and(|gate| holds(gate).is_some()) {
-            velocity = Vec2::ZERO;
-        }
-        let is_crossing = standing[row]
-            .is_some_and(|(cell, _)| view.ground.surface.cell(cell).crossing.is_some());
+        let is_held = gate.is_some_and(|gate| holds(gate).is_some());
+        let is_on_ground = |(_, near): &(u32, Vec2)| near.distance(at) <= OFF_GROUND_M;
         let state = table.row(row);
         state.aside_s = (state.aside_s - view.delta_s).max(0.0);
-        if !is_crossing && let Some(aside) = in_swept_paths.aside(agents.led[row]) {
-            (velocity, state.aside_s) = (aside, ASIDE_S);
-        } else if !is_crossing && state.aside_s > 0.0 {
+        let (own, mut back_over) = (velocity, None);
+        if is_held {
             velocity = Vec2::ZERO;
+        }
+        // A walker off the ground returns to it, whatever waits for it meanwhile.
+        if let Some(on) = standing[row].filter(is_on_ground) {
+            let crossings = Crossings { view, approaching };
+            let aside = aside(row, on, own, is_held, in_swept_paths, &crossings);
+            if let Some((aside, over)) = aside {
+                (velocity, state.aside_s, back_over) = (aside, ASIDE_S, over);
+            } else if state.aside_s > 0.0 && !in_swept_paths.has(agents.led[row]) {
+                velocity = Vec2::ZERO;
+            }
         }
         wanted.push(velocity);
         held.push(gate.and_then(holds));
-        granted.push(gate.and_then(grants));
+        granted.push(back_over.or(gate.and_then(grants)));
     }
     let solid = |agent: &u32| !agents.walks[*agent as usize];
     let placed = |agent: u32| (agent, agents.position[agent as usize].truncate());
@@ -207,6 +225,49 @@ pub(crate) fn plan(
             direction: velocity.normalize_or_zero().to_array(),
         });
     }
+}
+
+/// Returns the velocity with which a walker leaves a vehicle the room for which it waits, and the
+/// crossing to which it goes back; `None` if the walker has no need to, or no ground for it: then it
+/// goes on, which takes it out of the path too.
+fn aside(
+    row: usize,
+    (cell, at): (u32, Vec2),
+    wanted: Vec2,
+    is_held: bool,
+    in_swept_paths: &InSweptPaths,
+    crossings: &Crossings,
+) -> Option<(Vec2, Option<u32>)> {
+    if in_swept_paths.is_empty() {
+        return None;
+    }
+    let surface = &crossings.view.ground.surface;
+    let here = surface.cell(cell).crossing;
+    let out = in_swept_paths.aside(crossings.view.agents.led[row]);
+    let crossing = here.filter(|_| !is_held);
+    let back = match crossing {
+        // On a crossing a walker goes on, unless a vehicle stands in its way that waits for it or for
+        // others here: then all of them go back, also to the end of the crossing before.
+        Some(crossing) => {
+            let waits = |vehicle: u32| in_swept_paths.holds_up(vehicle);
+            if !crossings.is_blocked(crossing, at, wanted, waits) {
+                return None;
+            }
+            let axis = crossings.view.ground.crossings[crossing as usize].axis;
+            Some(axis * -wanted.dot(axis).signum() * aside::ASIDE_MPS)
+        }
+        None if out.is_none() => return None,
+        None => is_held.then_some(-wanted.normalize_or_zero() * aside::ASIDE_MPS),
+    };
+    let allows = |next: &walkable::Cell| {
+        crossing.is_some() || next.crossing.is_none() || next.crossing == here
+    };
+    [out, back].into_iter().flatten().find_map(|velocity| {
+        let direction = velocity.normalize_or_zero();
+        let (last, there) = surface.step(cell, at, at + direction * ROOM_M, allows);
+        let has_room = (there - at).dot(direction) > 0.5 * ROOM_M;
+        has_room.then(|| (velocity, surface.cell(last).crossing))
+    })
 }
 
 /// Returns the crossing that lies ahead of a walker, and whether it may begin to cross.

@@ -1,12 +1,12 @@
 //! Traffic flow: capacity, waves, and the discharge of queues, beside those of the field.
 
 use glam::Vec3;
-use protocol::param;
+use protocol::{ActorId, param};
 
 use super::course::{Car, Course, DELTA_S};
 use super::maps;
 use super::params::turned;
-use crate::body::CAR;
+use crate::{QueueHead, Standstill, WaitCause, body::CAR};
 
 const LANE_Y: f32 = -1.75;
 
@@ -191,4 +191,25 @@ fn no_driver_collides_when_the_first_of_a_platoon_stops_hard() {
             assert!(course.cars[9].speed < 0.3, "{:?}", course.cars[9]);
         }
     }
+}
+
+#[test]
+fn each_standstill_is_listed_once_with_what_the_head_of_its_queue_waits_for() {
+    let car = |x: f32| Car { position: Vec3::new(x, -1.75, 0.0), ..Car::default() };
+    let cars = vec![Car { parked: true, ..car(200.0) }, car(150.0), car(130.0)];
+    let mut course = Course::with_cars(maps::straight_with_solid_line(1000.0), 1, cars);
+    let (mut found, mut from_s) = (Vec::new(), f32::INFINITY);
+    while course.time_s() < 180.0 {
+        course.tick();
+        for standstill in course.planner.new_standstills() {
+            from_s = from_s.min(course.time_s());
+            found.push(*standstill);
+        }
+    }
+    let head = QueueHead { vehicle: ActorId(2), cause: WaitCause::Actor, waits_for: ActorId(1) };
+    let standstill = |vehicle: u32| Standstill { vehicle: ActorId(vehicle), head };
+    assert_eq!(found, [standstill(2), standstill(3)]);
+    assert!(from_s > 120.0, "{from_s}");
+    assert_eq!(course.planner.queue_head(ActorId(3)), Some(head));
+    assert_eq!(course.planner.queue_head(ActorId(1)), None, "no planner drives it");
 }

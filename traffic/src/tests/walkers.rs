@@ -13,7 +13,19 @@ use super::{
     course::{Course, DELTA_NANOS, FOOT_RADIUS_M, Foot},
     maps,
 };
-use crate::{Planner, agents::Agents, map::Map, walkers};
+use crate::{
+    Planner,
+    agents::Agents,
+    client_route::ClientRoutes,
+    leader::Leader,
+    map::Map,
+    obstacles::Obstacle,
+    occupancy::Occupancy,
+    params::Params,
+    spread::Spread,
+    vehicle_table::VehicleTable,
+    walkers::{self, WalkerTable},
+};
 
 /// Returns the journal entry of a command that was done.
 fn entry(command: Command) -> JournalEntry {
@@ -165,18 +177,23 @@ fn vehicles_and_walkers_do_not_wait_for_each_other_forever() {
     assert!(longest_s < 150.0 && driven_m > 500.0, "{longest_s} s, {driven_m} m");
 }
 
-/// Returns how many stretches of lanes a walker claims that stands this far beside the middle of a
-/// crossing, along the road.
-fn claims_beside(beside_m: f32) -> usize {
+/// Returns how many stretches of lanes a walker claims that is this far from the middle of a crossing,
+/// along the crossing from the kerb at its beginning and along the road from its side, with this speed
+/// along the crossing.
+fn claims_at(along_m: Option<f32>, beside_m: f32, speed_mps: f32) -> usize {
     let course = town(1, 0, 1);
     let ground = course.planner.map.walker_ground();
     let crossing = ground.crossings.iter().find(|it| it.area == Area::Crosswalk).expect("one");
-    let at = crossing.center + crossing.axis.perp() * (crossing.half_width_m + beside_m);
+    let along_m = along_m.map_or(0.0, |along_m| along_m - crossing.half_length_m);
+    let at = crossing.center
+        + crossing.axis.perp() * (crossing.half_width_m + beside_m)
+        + crossing.axis * along_m;
     let walker = ActorState {
         actor_id: ActorId(1),
         kind: kind::WALKER,
         flags: flag::AUTOPILOT,
         pose: Pose::level(at.extend(0.0), 0.0),
+        velocity_mps: (crossing.axis * speed_mps).extend(0.0).to_array(),
         ..ActorState::default()
     };
     let mut agents = Agents::default();
@@ -189,8 +206,16 @@ fn claims_beside(beside_m: f32) -> usize {
 
 #[test]
 fn a_walker_claims_the_lanes_of_a_crossing_only_while_it_is_on_it() {
-    assert!(claims_beside(-0.5) > 0, "on the crossing");
-    assert_eq!(claims_beside(1.5), 0, "beside it, with the crossing as the nearest ground");
+    assert!(claims_at(None, -0.5, 0.0) > 0, "on the crossing");
+    assert_eq!(claims_at(None, 1.5, 0.0), 0, "beside it, with the crossing as the nearest ground");
+}
+
+#[test]
+fn a_walker_at_the_end_of_a_crossing_claims_its_lanes_only_when_it_begins_to_cross() {
+    assert_eq!(claims_at(Some(-0.3), -0.5, 0.0), 0, "it stands");
+    assert_eq!(claims_at(Some(-0.3), -0.5, -1.3), 0, "it leaves");
+    assert!(claims_at(Some(-0.3), -0.5, 1.3) > 0, "it begins");
+    assert!(claims_at(Some(0.3), -0.5, 0.0) > 0, "it stands beyond the kerb");
 }
 
 #[test]
@@ -213,6 +238,147 @@ fn walkers_step_out_of_the_swept_paths_of_buses_that_wait_for_them() {
     }
     println!("{longest_s} s");
     assert!(longest_s < 90.0, "a bus waited {longest_s} s for a walker");
+}
+
+/// Walkers that a planner leads past a vehicle which stands and does not move, whatever they do.
+struct Stand {
+    course: Course,
+    table: WalkerTable,
+    scratch: walkers::Scratch,
+    /// The walkers that the vehicle waits for, and the directions out of its path.
+    waits_for: Vec<(usize, Vec2)>,
+}
+
+impl Stand {
+    /// Lets the walkers walk for a time.
+    fn walk(&mut self, vehicle: Option<ActorState>, seconds: f32) {
+        let map = self.course.planner.map.clone();
+        let (mut vehicles, mut routes) = (VehicleTable::default(), ClientRoutes::default());
+        let (params, mut controls) = (Params::default(), Vec::new());
+        for _ in 0..(seconds * 20.0) as u32 {
+            self.course.snapshot();
+            let mut actors = self.course.actors.clone();
+            // Its id follows those of the walkers.
+            actors.extend(vehicle);
+            let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+            agents.read(&actors, &map.bodies);
+            occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
+            vehicles.retain(&vehicle.map(|actor| actor.actor_id.0).into_iter().collect::<Vec<_>>());
+            self.table.retain(agents.led.iter().map(|&agent| agents.id[agent as usize]));
+            let obstacle = |&(foot, away): &(usize, Vec2)| {
+                let leader = Leader { agent: agents.led[foot], gap_m: 1.0, ..Leader::NONE };
+                Obstacle { row: 0, leader, away }
+            };
+            let obstacles: Vec<Obstacle> = self.waits_for.iter().map(obstacle).collect();
+            let lights = vec![light::RED; map.signals.count()];
+            let view = walkers::View {
+                map: &map,
+                ground: map.walker_ground(),
+                agents: &agents,
+                occupancy: &occupancy,
+                obstacles: &obstacles,
+                vehicles: &vehicles,
+                params: &params,
+                light_states: &lights,
+                clocks: &vec![0; map.signals.cycles()],
+                seed: 1,
+                delta_s: 0.05,
+            };
+            self.scratch.stand(map.walker_ground(), &agents);
+            walkers::plan(&mut self.table, &mut routes, &mut self.scratch, &view, &mut controls);
+            for (foot, control) in self.course.feet.iter_mut().zip(&controls) {
+                foot.velocity = Vec2::from(control.direction) * control.speed_mps;
+                foot.position += foot.velocity * 0.05;
+            }
+        }
+    }
+
+    fn of(course: Course, waits_for: Vec<(usize, Vec2)>) -> Stand {
+        let (table, scratch) = (WalkerTable::default(), walkers::Scratch::default());
+        Stand { course, table, scratch, waits_for }
+    }
+}
+
+/// Returns a vehicle on autopilot that stands.
+fn standing_vehicle(blueprint: &str, id: u32, at: Vec2, yaw_rad: f32) -> ActorState {
+    let (blueprint, _) = town::blueprint(blueprint).expect("it is in the catalogue");
+    ActorState {
+        actor_id: ActorId(id),
+        kind: kind::VEHICLE,
+        flags: flag::AUTOPILOT,
+        blueprint,
+        pose: Pose::level(at.extend(0.0), yaw_rad),
+        ..ActorState::default()
+    }
+}
+
+/// Returns how far a walker has come after 20 s that begins here on a path from y = 20 to 23, with a
+/// vehicle that waits for it to step aside in this direction.
+fn walked_beside_a_path(from: Vec2, away: Vec2) -> Vec2 {
+    let mut course = path();
+    course.add_foot(from);
+    let far = vec2(200.0, 0.0);
+    let mut stand = Stand::of(course, vec![(0, away)]);
+    stand.walk(Some(standing_vehicle("vehicle.tesla.model3", 99, far, 0.0)), 20.0);
+    stand.course.feet[0].position - from
+}
+
+#[test]
+fn a_walker_with_no_ground_to_step_aside_goes_on() {
+    let walked = walked_beside_a_path(vec2(5.0, 20.02), vec2(0.0, -1.0));
+    assert!(walked.length() > 5.0, "{walked}");
+}
+
+#[test]
+fn a_walker_off_the_ground_returns_to_it_before_it_steps_aside() {
+    let walked = walked_beside_a_path(vec2(20.0, 25.0), vec2(0.0, 1.0));
+    assert!(walked.y < -1.5, "{walked}");
+}
+
+#[test]
+fn walkers_on_a_crossing_go_back_from_a_vehicle_in_their_way_that_waits_for_them() {
+    let course = || town(1, 0, 0);
+    let (center, axis, half_m, lane, arc_m, along_m) = {
+        let course = course();
+        let ground = course.planner.map.walker_ground();
+        let is_long =
+            |it: &&walkers::Crossing| it.area == Area::Crosswalk && it.half_length_m > 4.0;
+        let it = ground.crossings.iter().find(is_long).expect("a crosswalk");
+        let far =
+            |a: &&walkers::CrossedLane, b: &&walkers::CrossedLane| a.along_m.total_cmp(&b.along_m);
+        let crossed = it.lanes.iter().max_by(far).expect("it crosses a lane");
+        (it.center, it.axis, it.half_length_m, crossed.lane, crossed.arc_m, crossed.along_m)
+    };
+    let mut course = course();
+    let (on, tangent, _) = course.planner.map.tracks.at(lane, arc_m);
+    // Between the near kerb and the vehicle.
+    let place = |short_m: f32| center + axis * (along_m - short_m);
+    let goal = center + axis * (half_m + 1.0);
+    let ids = [2.2, 3.0].map(|short_m| course.add_foot(place(short_m)));
+    let vehicle = standing_vehicle(
+        "vehicle.mitsubishi.fusorosa",
+        ids[1].0 + 1,
+        on.truncate(),
+        tangent.to_angle(),
+    );
+    let mut stand = Stand::of(course, vec![(0, -axis)]);
+    let routed = |stand: &mut Stand| {
+        for foot in 0..2 {
+            stand.table.retain(ids.iter().map(|id| id.0));
+            stand.table.set_own_way(foot, vec![goal]);
+        }
+    };
+    routed(&mut stand);
+    stand.walk(Some(vehicle), 3.0);
+    for foot in 0..2 {
+        let back_m = -(stand.course.feet[foot].position - place([2.2, 3.0][foot])).dot(axis);
+        assert!(back_m > 0.8, "{foot}: {back_m} m back");
+    }
+    let back = stand.course.feet[0].position;
+    stand.waits_for.clear();
+    stand.walk(None, 15.0);
+    let went_m = (stand.course.feet[0].position - back).dot(axis);
+    assert!(went_m > 3.0, "it goes on when the vehicle has gone: {went_m} m");
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! Room for vehicles whose overhang sweeps over a sidewalk.
+//! Room for vehicles that wait for walkers in their swept paths: on a sidewalk over which the overhang
+//! sweeps, and on a crossing on which the vehicle stands.
 
 use glam::Vec2;
 
@@ -7,26 +8,49 @@ use super::view::View;
 /// Speed below which a vehicle waits. Metres per second.
 const WAITING_MPS: f32 = 0.5;
 /// Speed with which a walker steps aside. Metres per second.
-const ASIDE_MPS: f32 = 0.7;
+pub(super) const ASIDE_MPS: f32 = 0.7;
 
 /// Walkers that vehicles wait for because they stand in swept paths.
 #[derive(Default)]
 pub(super) struct InSweptPaths {
     /// Agents, and the directions out of the paths, ascending by agent.
     found: Vec<(u32, Vec2)>,
+    /// The vehicles that wait for them, ascending by agent.
+    waiting: Vec<u32>,
 }
 
 impl InSweptPaths {
     pub(super) fn find(&mut self, view: &View<'_>) {
         let agents = view.agents;
         self.found.clear();
-        self.found.extend(view.obstacles.iter().filter_map(|obstacle| {
+        self.waiting.clear();
+        for obstacle in view.obstacles {
             let (walker, vehicle) = (obstacle.leader.agent, agents.driven[obstacle.row]);
             let waits = agents.speed(vehicle as usize).abs() < WAITING_MPS;
-            (agents.walks[walker as usize] && waits).then_some((walker, obstacle.away))
-        }));
+            if agents.walks[walker as usize] && waits {
+                self.found.push((walker, obstacle.away));
+                self.waiting.push(vehicle);
+            }
+        }
         // Stable: of several vehicles the first counts.
         self.found.sort_by_key(|(walker, _)| *walker);
+        self.waiting.sort_unstable();
+        self.waiting.dedup();
+    }
+
+    /// Returns whether no vehicle waits for a walker.
+    pub(super) fn is_empty(&self) -> bool {
+        self.found.is_empty()
+    }
+
+    /// Returns whether a vehicle waits for a walker in its swept path.
+    pub(super) fn holds_up(&self, vehicle: u32) -> bool {
+        self.waiting.binary_search(&vehicle).is_ok()
+    }
+
+    /// Returns whether a vehicle waits for a walker.
+    pub(super) fn has(&self, walker: u32) -> bool {
+        self.found.binary_search_by_key(&walker, |(found, _)| *found).is_ok()
     }
 
     /// Returns the velocity out of the path of a vehicle that waits for a walker.

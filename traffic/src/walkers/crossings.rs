@@ -64,7 +64,8 @@ impl Crossings<'_> {
             brakes_m < to_m
         };
         let is_free = self.approaching.of(crossing).iter().all(is_clear);
-        if is_free && !self.is_blocked(crossing, at, wanted) { Leave::Go } else { Leave::Wait }
+        let is_blocked = self.is_blocked(crossing, at, wanted, |_| true);
+        if is_free && !is_blocked { Leave::Go } else { Leave::Wait }
     }
 
     /// Whether a light stops the vehicles for long enough. Lights that a client holds red stay red.
@@ -82,15 +83,21 @@ impl Crossings<'_> {
                 || signals.red_left_s(signal, self.view.clocks) >= CLEARANCE_S)
     }
 
-    /// Whether a body stands in the way of a walker on a crossing.
-    fn is_blocked(&self, crossing: u32, at: Vec2, wanted: Vec2) -> bool {
+    /// Whether a body of an agent that `counts` stands in the way of a walker on a crossing.
+    pub(super) fn is_blocked(
+        &self,
+        crossing: u32,
+        at: Vec2,
+        wanted: Vec2,
+        counts: impl Fn(u32) -> bool,
+    ) -> bool {
         let on = &self.view.ground.crossings[crossing as usize];
         let agents = self.view.agents;
         let ahead = wanted.normalize_or_zero();
         on.lanes.iter().any(|crossed| {
             self.view.occupancy.on(crossed.lane).iter().any(|occupant| {
                 let agent = occupant.agent as usize;
-                if agents.walks[agent] {
+                if agents.walks[agent] || !counts(occupant.agent) {
                     return false;
                 }
                 let reach_m = on.half_width_m + 0.5;

@@ -95,6 +95,12 @@ impl WalkerTable {
         self.ways[row] = way;
     }
 
+    /// Gives a walker a way to a goal of its own.
+    #[cfg(test)]
+    pub(crate) fn set_own_way(&mut self, row: usize, way: Vec<Vec2>) {
+        self.set_way(row, goal::OWN, way);
+    }
+
     /// Drops the way of an actor, if it is a walker with a row.
     pub(crate) fn drop_way(&mut self, id: u32) {
         if let Some(row) = self.row_of(id) {
