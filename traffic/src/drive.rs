@@ -102,11 +102,12 @@ pub(crate) fn control(
 
     // A vehicle whose driver is about to start is not stuck.
     accel = reaction::start(vehicle, speed, accel, &leader, gap_m, driver, delta_s);
+    let back_rad = -wheels.clamp(-0.6, 0.6);
     let maneuver = if desired <= car_following::STANDSTILL_MPS {
         recover::end(vehicle);
         recover::Maneuver::Forward
     } else {
-        recover::decide(vehicle, row, agents, &deviation, &leader, accel, delta_s)
+        recover::decide(vehicle, row, agents, &deviation, &leader, (accel, back_rad), delta_s)
     };
     if maneuver == recover::Maneuver::Hold {
         accel = accel.min(-1.0);
@@ -123,10 +124,9 @@ pub(crate) fn control(
             &mut accel_integral,
         );
         vehicle.accel_integral = accel_integral;
-        let angle = -wheels.clamp(-0.6, 0.6);
         return pedals_and_steering(
             pressed,
-            pedals::steer_input(angle, max_steer_rad, speed),
+            pedals::steer_input(back_rad, max_steer_rad, speed),
             flag::REVERSE,
         );
     }

@@ -16,7 +16,7 @@ use crate::{
     random::{Purpose, unit},
     route,
     spread::Spread,
-    tracks::NONE,
+    tracks::{NONE, Tracks},
     vehicle_table::{Route, Vehicle, VehicleTable},
 };
 
@@ -38,6 +38,11 @@ const CHANGE_S: f32 = 3.5;
 const CHANGE_M: f32 = 18.0;
 /// Free distance required behind.
 const BEHIND_M: f32 = 3.0;
+/// Distance behind up to which vehicles on the new lane are examined: one at 110 km/h needs it to slow
+/// down behind a slow one.
+const FOLLOWER_M: f32 = 120.0;
+/// Most lanes that are examined at once.
+const LANES_MAX: usize = 8;
 /// Distance of a prop that stands on the lane from which on a vehicle changes lanes.
 const OBSTACLE_M: f32 = 60.0;
 /// Gap to a prop from which a vehicle can still pull out at walking speed.
@@ -311,19 +316,7 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
             leader = beyond;
         }
     }
-    let mut follower: Option<(f32, f32)> = None;
-    let mut behind = |lane: u32, offset: f32| {
-        for o in view.occupancy.on(lane).iter().filter(|o| view.occupancy.reacts_to(own, o.agent)) {
-            let gap = rear - (o.front_m - offset);
-            if gap > 0.0 && follower.is_none_or(|(least, _)| gap < least) {
-                follower = Some((gap, o.speed_mps));
-            }
-        }
-    };
-    behind(side, 0.0);
-    for &before in tracks.previous(side) {
-        behind(before, tracks.length(before));
-    }
+    let follower = follower(own, tracks, view.occupancy, side, rear);
     let own_accel = accel(speed, view.desired_speeds[row], &leader, &view.drivers[row]);
     // Others are expected to drive like the median.
     let other = &Driver::MEDIAN;
@@ -342,6 +335,39 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
     };
     let leader_m = leader.gap_m;
     Some(Gap { own: own_accel, follower: follower_accel, follower_now, leader_m })
+}
+
+/// Returns the gap and the speed of the nearest agent behind `rear_m` on a lane and those before it.
+fn follower(
+    own: u32,
+    tracks: &Tracks,
+    occupancy: &Occupancy,
+    side: u32,
+    rear_m: f32,
+) -> Option<(f32, f32)> {
+    let nearest = |lane: u32, begins_m: f32| {
+        let others = occupancy.on(lane).iter();
+        let others = others.filter(|other| occupancy.reacts_to(own, other.agent));
+        let gaps = others.map(|other| (rear_m - (begins_m + other.front_m), other.speed_mps));
+        gaps.filter(|(gap_m, _)| *gap_m > 0.0).min_by(|a, b| a.0.total_cmp(&b.0))
+    };
+    let mut found = nearest(side, 0.0);
+    let mut lanes = vec![(side, 0.0)];
+    while let Some((lane, begins_m)) = lanes.pop() {
+        for &before in tracks.previous(lane) {
+            let begins_m = begins_m - tracks.length(before);
+            let here = nearest(before, begins_m);
+            if here.is_none() && rear_m - begins_m < FOLLOWER_M && lanes.len() < LANES_MAX {
+                lanes.push((before, begins_m));
+            }
+            let is_nearer = |here: &(f32, f32)| found.is_none_or(|(least_m, _)| here.0 < least_m);
+            found = here.filter(is_nearer).or(found);
+        }
+        if found.is_some() && lane == side {
+            break;
+        }
+    }
+    found
 }
 
 /// Returns the acceleration towards the desired speed behind a leader.
@@ -365,7 +391,7 @@ fn distance_to_end(vehicle: &Vehicle, view: &View) -> f32 {
 }
 
 /// Returns the distance from `arc_m` to the next fork, junction or end.
-pub(crate) fn clear_run(tracks: &crate::tracks::Tracks, lane: u32, arc_m: f32) -> f32 {
+pub(crate) fn clear_run(tracks: &Tracks, lane: u32, arc_m: f32) -> f32 {
     let mut run = tracks.length(lane) - arc_m;
     let mut at = lane;
     while run < 250.0 {
@@ -403,4 +429,38 @@ fn begin(
     vehicle.change_cooldown_s = COOLDOWN_S;
     client_routes.update(vehicle, &view.map.tracks, &view.map.grid);
     route::extend(vehicle, client_routes, &view.map.tracks, view.load, view.seed);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{body::Bodies, grid::Grid, tests::maps};
+    use protocol::{ActorId, ActorState, Pose, kind};
+
+    #[test]
+    fn a_follower_is_seen_across_several_short_lanes() {
+        // Lanes of 20 m and quarter circles of 13 m.
+        let tracks = Tracks::new(&maps::loop_road(8.0, 20.0));
+        let [before] = *tracks.previous(0) else { panic!("one lane before the first") };
+        let [far] = *tracks.previous(before) else { panic!("one lane before that") };
+        let place = |id: u32, lane: u32, arc_m: f32| {
+            let (point, tangent, _) = tracks.at(lane, arc_m);
+            ActorState {
+                actor_id: ActorId(id),
+                kind: kind::VEHICLE,
+                blueprint: u32::MAX,
+                pose: Pose::level(point, tangent.to_angle()),
+                velocity_mps: (tangent * 20.0).extend(0.0).to_array(),
+                ..ActorState::default()
+            }
+        };
+        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+        agents.read(&[place(1, 0, 5.0), place(2, far, 10.0)], &Bodies::from_catalogue());
+        occupancy.rebuild(&tracks, &Grid::new(&tracks), &agents, &[], Spread::Alone);
+        let rear_m = 5.0 - agents.body[0].rear_m;
+        let (gap_m, mps) = follower(0, &tracks, &occupancy, 0, rear_m).expect("one is behind");
+        let fronts_m = tracks.length(far) - 10.0 + tracks.length(before) - agents.body[1].front_m;
+        assert!((gap_m - (fronts_m + rear_m)).abs() < 0.1, "{gap_m} m");
+        assert!((mps - 20.0).abs() < 0.1, "{mps} m/s");
+    }
 }

@@ -40,6 +40,7 @@ mod junction;
 mod lamps;
 mod lane_change;
 mod leader;
+mod meeting;
 mod merging;
 mod neighbours;
 mod obstacles;

@@ -29,12 +29,8 @@ const STEP_M: f32 = 1.0;
 const HORIZON_M: f32 = 45.0;
 /// Distance over which a vehicle returns to its line.
 const RETURN_M: f32 = 8.0;
-/// Distance over which the way of an oncoming wide vehicle is predicted.
-const ONCOMING_M: f32 = 30.0;
 /// A crossing agent faster than this will be gone.
 const STANDING_MPS: f32 = 1.5;
-/// An oncoming vehicle slower than this does not come nearer.
-const MOVING_MPS: f32 = 0.2;
 
 /// An agent in the swept path of the vehicle of a row.
 #[derive(Clone, Copy, Debug)]
@@ -55,15 +51,15 @@ pub(crate) fn of_row(obstacles: &[Obstacle], row: usize) -> &[Obstacle] {
 
 /// A rectangle on the ground.
 #[derive(Clone, Copy)]
-struct Footprint {
-    middle: Vec2,
-    forward: Vec2,
-    half: Vec2,
+pub(crate) struct Footprint {
+    pub(crate) middle: Vec2,
+    pub(crate) forward: Vec2,
+    pub(crate) half: Vec2,
 }
 
 impl Footprint {
     /// Returns the footprint of a vehicle at a pose.
-    fn of(body: &Body, origin: Vec2, forward: Vec2) -> Footprint {
+    pub(crate) fn of(body: &Body, origin: Vec2, forward: Vec2) -> Footprint {
         Footprint {
             middle: origin + forward * 0.5 * (body.front_m - body.rear_m),
             forward,
@@ -72,12 +68,12 @@ impl Footprint {
     }
 
     /// Returns the footprint enlarged on all sides.
-    fn grown(self, by_m: f32) -> Footprint {
+    pub(crate) fn grown(self, by_m: f32) -> Footprint {
         Footprint { half: self.half + by_m, ..self }
     }
 
     /// Returns whether two rectangles touch, by separating axes.
-    fn touches(&self, other: &Footprint) -> bool {
+    pub(crate) fn touches(&self, other: &Footprint) -> bool {
         let to = other.middle - self.middle;
         let reach = |of: &Footprint, axis: Vec2| {
             of.half.x * of.forward.dot(axis).abs() + of.half.y * of.forward.perp_dot(axis).abs()
@@ -165,31 +161,19 @@ fn find_for(
         return;
     }
 
-    // A wide vehicle stops before the way of an oncoming one to which it yields, and not only before the
-    // vehicle: in a bend both ways overlap.
-    let mut ways: Vec<(usize, Vec<Footprint>)> = Vec::new();
-    if wide && !passes_prop {
-        let yields = |other: &usize| yields_to_oncoming(vehicles, row, agents, *other);
-        let oncoming = near.iter().map(|(other, _)| *other).filter(yields);
-        ways.extend(oncoming.map(|other| (other, way_of(vehicles, other, tracks, agents))));
-    }
-
     let mut course = Course::new(vehicles, row, tracks, agents);
     for _ in 1..=(horizon_m / STEP_M) as usize {
-        let place = course.step().grown(margin_m);
+        let bare = course.step(STEP_M);
+        let place = bare.grown(margin_m);
         let (ahead_m, forward) = (course.ahead_m, course.forward);
-        ways.retain(|(other, way)| {
-            let touched = way.iter().find(|footprint| place.touches(footprint));
-            if let Some(footprint) = touched {
-                let gap_m = ahead_m - STEP_M;
-                let leader = Leader { gap_m, speed_mps: 0.0, agent: *other as u32, aligned: -1.0 };
-                let away = across(forward, footprint.middle - place.middle);
-                found.push(Obstacle { row, leader, away });
-            }
-            touched.is_none()
-        });
         near.retain(|(other, footprint)| {
             if !place.touches(footprint) {
+                return true;
+            }
+            // A vehicle that has the right of way passes one that waits for it with little room.
+            if goes_first(vehicles, row, agents, *other, forward)
+                && !bare.grown(NARROW_M).touches(footprint)
+            {
                 return true;
             }
             if (wide || in_curve(agents.forward[own], forward))
@@ -209,39 +193,14 @@ fn find_for(
     }
 }
 
-/// Returns whether a wide vehicle yields to another one that comes towards it and moves.
-fn yields_to_oncoming(vehicles: &VehicleTable, row: usize, agents: &Agents, other: usize) -> bool {
-    let other_row = agents.row[other];
-    let own = agents.driven[row] as usize;
-    agents.body[other].is_wide()
-        && other_row != NONE
-        && vehicles[other_row as usize].located == 1
-        && vehicles[other_row as usize].u_turn == 0
-        && agents.forward[own].dot(agents.forward[other]) < 0.3
-        && agents.velocity[other].length() > MOVING_MPS
-        && vehicles[row].id > agents.id[other]
-        && (vehicles[row].reservation == 0 && vehicles[other_row as usize].reservation == 0)
-}
-
-/// Returns the footprints of a vehicle along its route.
-fn way_of(
-    vehicles: &VehicleTable,
-    agent: usize,
-    tracks: &Tracks,
-    agents: &Agents,
-) -> Vec<Footprint> {
-    let mut course = Course::new(vehicles, agents.row[agent] as usize, tracks, agents);
-    (0..(ONCOMING_M / STEP_M) as usize).map(|_| course.step()).collect()
-}
-
 /// Returns the unit vector across a path on the side of `to`.
-fn across(forward: Vec2, to: Vec2) -> Vec2 {
+pub(crate) fn across(forward: Vec2, to: Vec2) -> Vec2 {
     forward.perp() * forward.perp_dot(to).signum()
 }
 
 /// The footprints of a vehicle that drives along its route, one step after another: the tracking
 /// point follows the line of the vehicle, and the rear axle follows the tracking point.
-struct Course<'a> {
+pub(crate) struct Course<'a> {
     vehicle: &'a Vehicle,
     tracks: &'a Tracks,
     body: Body,
@@ -252,7 +211,7 @@ struct Course<'a> {
 }
 
 impl<'a> Course<'a> {
-    fn new(
+    pub(crate) fn new(
         vehicles: &'a VehicleTable,
         row: usize,
         tracks: &'a Tracks,
@@ -286,9 +245,9 @@ impl<'a> Course<'a> {
         point.truncate() + tangent.perp() * left_m
     }
 
-    /// Drives a step farther and returns the footprint there.
-    fn step(&mut self) -> Footprint {
-        self.ahead_m += STEP_M;
+    /// Drives this much farther and returns the footprint there.
+    pub(crate) fn step(&mut self, by_m: f32) -> Footprint {
+        self.ahead_m += by_m;
         let return_part = (1.0 - self.ahead_m / RETURN_M).max(0.0);
         let lead = self.line(self.ahead_m) + self.cross_track * return_part;
         self.forward = (lead - self.rear).normalize_or(self.forward);
@@ -345,7 +304,7 @@ pub(crate) fn touched(
         if near.is_empty() {
             break;
         }
-        let place = course.step().grown(margin_m);
+        let place = course.step(STEP_M).grown(margin_m);
         near.retain(|(other, footprint)| {
             let touches = place.touches(footprint);
             if touches {
@@ -390,17 +349,36 @@ fn matters(
     forward: Vec2,
 ) -> bool {
     let aligned = agents.forward[other].dot(forward);
-    let oncoming = aligned < -0.7;
-    let other_row = agents.row[other] as usize;
-    if oncoming && agents.row[other] != NONE && agents.body[other].is_wide() {
-        // A vehicle without a reservation waits at a line: it does not go first, whatever its id.
-        if vehicles[other_row].wait_s > PATIENCE_S && vehicles[other_row].reservation == 0 {
-            return false;
-        }
-        // Of two vehicles in each other's way, the one with the higher id waits.
-        return vehicles[row].id > agents.id[other];
+    if aligned > 0.7 || agents.velocity[other].length() < STANDING_MPS {
+        return true;
     }
-    aligned > 0.7 || agents.velocity[other].length() < STANDING_MPS
+    // Of two vehicles in each other's way, the one with the higher id waits.
+    is_oncoming_wide(agents, other, forward) && vehicles[row].id > agents.id[other]
+}
+
+/// Returns whether a vehicle has the right of way over an agent that it would touch while heading
+/// `forward`.
+fn goes_first(
+    vehicles: &VehicleTable,
+    row: usize,
+    agents: &Agents,
+    other: usize,
+    forward: Vec2,
+) -> bool {
+    let other_row = agents.row[other];
+    if other_row == NONE || !is_oncoming_wide(agents, other, forward) {
+        return false;
+    }
+    // A vehicle without a reservation waits at a line: it does not go first, whatever its id.
+    let other = &vehicles[other_row as usize];
+    (other.wait_s > PATIENCE_S && other.reservation == 0) || vehicles[row].id < other.id
+}
+
+/// Returns whether an agent is a wide vehicle that faces a vehicle which heads `forward`.
+fn is_oncoming_wide(agents: &Agents, other: usize, forward: Vec2) -> bool {
+    agents.row[other] != NONE
+        && agents.body[other].is_wide()
+        && agents.forward[other].dot(forward) < -0.7
 }
 
 #[cfg(test)]

@@ -12,7 +12,7 @@ use crate::{
     lamps, lane_change,
     leader::{self, Leader},
     map::{self, Map},
-    merging,
+    meeting, merging,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
     passing, pedals,
@@ -407,6 +407,7 @@ impl Planner {
         scratch.occupancy.rebuild(&map.tracks, &map.grid, agents, &scratch.claims, spread);
         let (occupancy, obstacles) = (&scratch.occupancy, &mut scratch.obstacles);
         obstacles::find(vehicles, &map.tracks, agents, occupancy, spread, obstacles);
+        meeting::find(vehicles, map, agents, occupancy, spread, obstacles);
     }
 
     /// Reads the states of the lights from the snapshot; lights that are no actors show their plan.

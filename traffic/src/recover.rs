@@ -3,8 +3,8 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, steer::Deviation,
-    vehicle_table::Vehicle,
+    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, obstacles::Footprint,
+    steer::Deviation, vehicle_table::Vehicle,
 };
 
 /// Cross-track error beyond which a vehicle is off its track.
@@ -30,6 +30,14 @@ const HOLD_S: f32 = 4.0;
 const TOUCH_M: f32 = 0.1;
 /// Free distance behind that reversing requires.
 const BEHIND_M: f32 = 1.5;
+/// Clearance of the whole vehicle on its way back, whose corners swing out, and of what is that near already.
+const SWING_M: f32 = 0.2;
+const TOUCHING_M: f32 = 0.02;
+/// Speed of others up to which they are seen in time.
+const PASSING_MPS: f32 = 14.0;
+/// Time over which the way back is predicted, in steps: for [`BEHIND_M`].
+const BACK_STEP_S: f32 = 0.25;
+const BACK_STEPS: u32 = 4;
 
 /// Returns whether a vehicle is off its track.
 pub(crate) fn is_off_track(deviation: &Deviation) -> bool {
@@ -55,7 +63,8 @@ pub(crate) enum Maneuver {
 
 /// Decides the manoeuvre of a row in this frame.
 ///
-/// `accel` is the acceleration that car following returned. The patience of stuck vehicles depends
+/// `accel` is the acceleration that car following returned, and `back_rad` the angle of the front wheels
+/// in reverse. The patience of stuck vehicles depends
 /// on their ids, so that of two that block each other one goes first.
 pub(crate) fn decide(
     vehicle: &mut Vehicle,
@@ -63,7 +72,7 @@ pub(crate) fn decide(
     agents: &Agents,
     deviation: &Deviation,
     leader: &Leader,
-    accel: f32,
+    (accel, back_rad): (f32, f32),
     delta_s: f32,
 ) -> Maneuver {
     let agent = agents.driven[row] as usize;
@@ -74,7 +83,7 @@ pub(crate) fn decide(
     }
     if vehicle.reverse_s > 0.0 {
         vehicle.reverse_s -= delta_s;
-        if vehicle.reverse_s > 0.0 && is_free(agents, agent, -1.0, BEHIND_M) {
+        if vehicle.reverse_s > 0.0 && may_back(agents, agent, back_rad) {
             return Maneuver::Reverse;
         }
         vehicle.reverse_s = -(HOLD_S + 2.0 * (vehicle.id % 4) as f32);
@@ -93,7 +102,7 @@ pub(crate) fn decide(
         PATIENCE_S + (vehicle.id % 5) as f32 + 2.0 * vehicle.reverse_count.min(5) as f32;
     if vehicle.stuck_s > patience_s {
         vehicle.stuck_s = 0.0;
-        if is_free(agents, agent, -1.0, BEHIND_M) {
+        if may_back(agents, agent, back_rad) {
             vehicle.reverse_s = REVERSE_S;
             vehicle.reverse_count = vehicle.reverse_count.saturating_add(1);
             vehicle.evasion_side = side_away_from(agents, agent, leader);
@@ -121,6 +130,45 @@ fn side_away_from(agents: &Agents, agent: usize, leader: &Leader) -> f32 {
 /// Returns the backward acceleration in reverse.
 pub(crate) fn reverse_accel(backward_mps: f32) -> f32 {
     (1.5 * (REVERSE_MPS - backward_mps)).clamp(-3.0, 1.5)
+}
+
+/// Returns whether a vehicle can drive back with its front wheels at this angle: nothing is behind it,
+/// and nothing comes near one of its sides meanwhile.
+fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
+    if !is_free(agents, agent, -1.0, BEHIND_M) {
+        return false;
+    }
+    let (body, mut forward) = (&agents.body[agent], agents.forward[agent]);
+    let at = agents.position[agent].truncate();
+    let now = Footprint::of(body, at, forward);
+    let mut rear = at - forward * 0.5 * body.wheelbase_m;
+    let step_m = REVERSE_MPS * BACK_STEP_S;
+    let turn = Vec2::from_angle(-step_m * wheels_rad.tan() / body.wheelbase_m);
+    let way: Vec<(f32, Footprint)> = (1..=BACK_STEPS)
+        .map(|step| {
+            rear -= forward * step_m;
+            forward = turn.rotate(forward);
+            let middle = rear + forward * 0.5 * body.wheelbase_m;
+            (step as f32 * BACK_STEP_S, Footprint::of(body, middle, forward))
+        })
+        .collect();
+    let time_s = BACK_STEP_S * BACK_STEPS as f32;
+    let reach_m = 2.0 * agents.reach_max_m + (REVERSE_MPS + PASSING_MPS) * time_s;
+    agents.places.near(at, reach_m).into_iter().map(|other| other as usize).all(|other| {
+        // Walkers step aside.
+        let is_far = (agents.position[other].z - agents.position[agent].z).abs() > 3.0;
+        if other == agent || agents.walks[other] || is_far {
+            return true;
+        }
+        let velocity = agents.velocity[other];
+        let place = |after_s: f32| {
+            let at = agents.position[other].truncate() + velocity * after_s;
+            Footprint::of(&agents.body[other], at, agents.forward[other])
+        };
+        let is_near = now.grown(SWING_M).touches(&place(0.0));
+        let margin_m = if is_near { TOUCHING_M } else { SWING_M };
+        way.iter().all(|(after_s, back)| !back.grown(margin_m).touches(&place(*after_s)))
+    })
 }
 
 /// Returns whether no agent is within `distance_m` in front (`direction` 1) or behind (−1) of an
@@ -163,4 +211,45 @@ fn touches(
             + size.half_width_m * axis.dot(other_forward.perp()).abs();
         to.dot(*axis).abs() <= own_reach + other_reach
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::Bodies;
+    use glam::Vec3;
+    use protocol::{ActorId, ActorState, Pose, kind};
+
+    /// Returns whether a bus at the origin that heads along x may drive back with its wheels turned to the
+    /// left, while a car at this place drives along x.
+    fn may_back_beside(car: Option<(Vec3, f32)>) -> bool {
+        let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
+        let actor = |id: u32, blueprint: u32, (at, mps): (Vec3, f32)| ActorState {
+            actor_id: ActorId(id),
+            kind: kind::VEHICLE,
+            blueprint,
+            pose: Pose::level(at, 0.0),
+            velocity_mps: [mps, 0.0, 0.0],
+            ..ActorState::default()
+        };
+        let mut actors = vec![actor(1, bus, (Vec3::ZERO, 0.0))];
+        actors.extend(car.map(|car| actor(2, u32::MAX, car)));
+        let mut agents = Agents::default();
+        agents.read(&actors, &Bodies::from_catalogue());
+        may_back(&agents, 0, 0.48)
+    }
+
+    #[test]
+    fn a_bus_that_drives_back_minds_the_corner_that_swings_out() {
+        assert!(may_back_beside(None));
+        assert!(!may_back_beside(Some((Vec3::new(-9.0, 0.0, 0.0), 0.0))), "one is behind");
+        // The front swings to the right in reverse.
+        assert!(!may_back_beside(Some((Vec3::new(3.5, -2.75, 0.0), 0.0))), "one is on the right");
+        assert!(may_back_beside(Some((Vec3::new(3.5, 2.75, 0.0), 0.0))), "one is on the left");
+        assert!(
+            !may_back_beside(Some((Vec3::new(-9.0, -2.75, 0.0), 12.0))),
+            "one comes from behind"
+        );
+        assert!(may_back_beside(Some((Vec3::new(9.0, -2.75, 0.0), 7.0))), "one has passed");
+    }
 }

@@ -1,6 +1,8 @@
 //! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
-use super::state::{BRAKE_MPS2, Junctions, Request, View, Yielding, request_lanes, reserved_lanes};
+use super::state::{
+    BEYOND_M, BRAKE_MPS2, Junctions, Request, View, Yielding, request_lanes, reserved_lanes,
+};
 use crate::{
     approach::Sign,
     constraint::WaitReason,
@@ -43,8 +45,9 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) -> (WaitReason, u32) {
-        // The vehicle is in the junction already.
-        if request.entry_m <= 0.0 {
+        // The vehicle is in the junction already. One whose front alone is over the line waits at red.
+        let is_in = if request.red { -BEYOND_M } else { 0.0 };
+        if request.entry_m <= is_in {
             return (WaitReason::None, NONE);
         }
         let wait = self.right_of_way(vehicles, request, view);

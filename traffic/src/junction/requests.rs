@@ -6,7 +6,7 @@ use std::ops::Range;
 use protocol::light;
 
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2,
+    BEYOND_M, BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2,
     reserved_lanes,
 };
 use crate::{
@@ -23,6 +23,10 @@ const PATIENCE_S: f32 = 15.0;
 
 /// Deceleration up to which a vehicle without a reservation stops at yellow.
 const STOP_BRAKE_MPS2: f32 = 5.0;
+
+/// Speed below which a vehicle that has just started from its line can still stop up to [`BEYOND_M`]
+/// beyond it.
+const STARTING_MPS: f32 = 2.0;
 
 /// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;
@@ -52,18 +56,23 @@ impl Junctions {
             light::YELLOW => {
                 let speed = view.agents.speed(view.agents.driven[row] as usize);
                 let room_m = self.line_m(vehicle, row, k, view) + LINE_GAP_M;
-                speed * speed < 2.0 * STOP_BRAKE_MPS2 * room_m || speed < 0.5
+                speed * speed < 2.0 * STOP_BRAKE_MPS2 * room_m
+                    || self.can_stop(vehicle, row, k, view)
             }
             _ => false,
         }
     }
 
     /// Returns whether a vehicle can stop before the line of route lane `k` as a light that turns
-    /// yellow requires it.
+    /// yellow requires it. One that has just started from the line would not pass the junction's
+    /// begin within the yellow.
     pub(super) fn can_stop(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> bool {
         let speed = view.agents.speed(view.agents.driven[row] as usize);
         let free_m = (self.line_m(vehicle, row, k, view) - LINE_GAP_M).max(0.0);
-        speed * speed < 2.0 * YELLOW_BRAKE_MPS2 * free_m || speed < 0.5
+        let beyond_m = self.line_m(vehicle, row, k, view) + BEYOND_M;
+        speed * speed < 2.0 * YELLOW_BRAKE_MPS2 * free_m
+            || (speed < STARTING_MPS && speed * speed < 2.0 * YELLOW_BRAKE_MPS2 * beyond_m)
+            || speed < 0.5
     }
 
     /// Returns the distance from the front bumper to the line before route lane `k`.

@@ -4,7 +4,7 @@ use protocol::light;
 
 use super::presence_list::Presence;
 use super::state::{
-    BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, request_lanes, reserved_lanes,
+    BEYOND_M, BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, request_lanes, reserved_lanes,
 };
 use crate::{
     tracks::NONE,
@@ -26,13 +26,13 @@ impl Junctions {
         let end = reserved_lanes(vehicle).min(lanes.len());
         let enters = |k: &usize| {
             let is_entry = tracks.in_zone(lanes[*k]) && (*k == 0 || !tracks.in_zone(lanes[*k - 1]));
-            is_entry && self.start(row, *k) > 0.0
+            is_entry && self.start(row, *k) > -BEYOND_M
         };
         let can_stop = |k: &usize| self.can_stop(vehicle, row, *k, view);
         let light = |k: usize| self.light(vehicle, row, k, view);
         let mut entries = (0..end).filter(enters).filter(can_stop);
         let withdrawn = if vehicle.reservation_idle_s > 4.0 {
-            entries.next()
+            entries.find(|&k| self.start(row, k) > 0.0 || matches!(light(k), light::RED))
         } else {
             let closed = entries.find(|&k| matches!(light(k), light::RED | light::YELLOW));
             // There is no room to stand between the junctions of one way.

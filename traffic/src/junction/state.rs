@@ -21,6 +21,9 @@ pub(super) const STANDING_GAP_M: f32 = 2.5;
 /// Gap to the stop line at standstill.
 pub(super) const LINE_GAP_M: f32 = 0.5;
 
+/// How far beyond the start of a junction the front of a vehicle may be that still waits before it.
+pub(super) const BEYOND_M: f32 = 1.0;
+
 /// The next way through a junction for which a vehicle has no reservation.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Request {

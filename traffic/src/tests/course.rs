@@ -11,7 +11,8 @@ use road::{LaneIndex, LaneTypes, Network};
 
 use crate::{
     Planner,
-    body::{Body, CAR},
+    body::{Bodies, Body, CAR},
+    obstacles::Footprint,
     tracks::NONE,
 };
 
@@ -27,6 +28,8 @@ pub(super) struct Car {
     pub(super) speed: f32,
     /// Whether it stands still, without a planner.
     pub(super) parked: bool,
+    /// Blueprint and dimensions, if it is not one of those that plan as cars.
+    pub(super) built: Option<(u32, Body)>,
     pub(super) acceleration: f32,
     pub(super) yaw_rate: f32,
     pub(super) lateral_mps2: f32,
@@ -176,7 +179,7 @@ impl Course {
             let forward = Vec2::from_angle(car.yaw);
             self.actors.push(ActorState {
                 actor_id: ActorId(index as u32 + 1),
-                blueprint: self.vehicle_blueprint,
+                blueprint: car.built.map_or(self.vehicle_blueprint, |built| built.0),
                 kind: kind::VEHICLE,
                 flags: if car.parked { 0 } else { flag::AUTOPILOT },
                 pose: Pose::new(
@@ -303,10 +306,21 @@ impl Course {
 }
 
 impl Car {
+    /// Returns the vehicle built as a blueprint.
+    pub(super) fn built_as(self, id: &str) -> Car {
+        let (blueprint, _) = town::blueprint(id).expect("a blueprint of the catalogue");
+        Car { built: Some((blueprint, Bodies::from_catalogue().of(blueprint))), ..self }
+    }
+
+    pub(super) fn body(&self) -> Body {
+        self.built.map_or(CAR, |built| built.1)
+    }
+
     fn step(&mut self, control: &VehicleControl) {
         if self.parked {
             return;
         }
+        let body = self.body();
         let lag = |value: &mut f32, target: f32, time: f32| {
             *value += (target - *value) * (DELTA_S / time).min(1.0);
         };
@@ -314,7 +328,7 @@ impl Car {
         lag(&mut self.brake, control.brake, 0.12);
         let factor =
             1.0 - 0.018 * self.speed.abs().min(5.6) - 0.007 * (self.speed.abs() - 5.6).max(0.0);
-        let wheels = control.steer.clamp(-1.0, 1.0) * 0.61 * factor;
+        let wheels = control.steer.clamp(-1.0, 1.0) * body.max_steer_rad * factor;
         let turn = (wheels - self.wheels).clamp(-2.5 * DELTA_S, 2.5 * DELTA_S);
         self.wheels += turn;
         let direction = if control.flags & flag::REVERSE != 0 { -1.0 } else { 1.0 };
@@ -327,10 +341,10 @@ impl Car {
         self.acceleration = (self.speed - before) / DELTA_S;
         // The tyres run outwards by their slip angles.
         lag(&mut self.lateral_mps2, self.speed * self.yaw_rate, 0.12);
-        let [front_slip, rear_slip] = CAR.slip_radps2pm().map(|of| of * self.lateral_mps2);
+        let [front_slip, rear_slip] = body.slip_radps2pm().map(|of| of * self.lateral_mps2);
         // The origin is the middle of the wheelbase, so that it has a sideslip angle in curves.
         let slip = (0.5 * (self.wheels - front_slip + rear_slip).tan()).atan();
-        self.yaw_rate = self.speed * slip.sin() * 2.0 / CAR.wheelbase_m;
+        self.yaw_rate = self.speed * slip.sin() * 2.0 / body.wheelbase_m;
         let heading = self.yaw + 0.5 * self.yaw_rate * DELTA_S + slip - rear_slip;
         self.position += (Vec2::from_angle(heading) * self.speed * DELTA_S).extend(0.0);
         self.yaw += self.yaw_rate * DELTA_S;
@@ -357,16 +371,12 @@ fn walker_blueprint() -> u32 {
 
 fn touch(a: &Car, b: &Car) -> bool {
     let to = b.position - a.position;
-    if to.z.abs() > 2.5 || to.truncate().length_squared() > 36.0 {
+    if to.z.abs() > 2.5 || to.truncate().length_squared() > 196.0 {
         return false;
     }
-    let Body { front_m, half_width_m, .. } = CAR;
-    let (forward_a, forward_b) = (Vec2::from_angle(a.yaw), Vec2::from_angle(b.yaw));
-    let axes = [forward_a, forward_a.perp(), forward_b, forward_b.perp()];
-    axes.iter().all(|axis| {
-        let reach = |forward: Vec2| {
-            front_m * axis.dot(forward).abs() + half_width_m * axis.dot(forward.perp()).abs()
-        };
-        to.truncate().dot(*axis).abs() <= reach(forward_a) + reach(forward_b)
-    })
+    let footprint = |car: &Car| {
+        let forward = Vec2::from_angle(car.yaw);
+        Footprint::of(&car.body(), car.position.truncate(), forward)
+    };
+    footprint(a).touches(&footprint(b))
 }

@@ -251,3 +251,66 @@ fn a_bus_stops_before_the_way_of_an_oncoming_one_through_a_bend() {
     assert!((1.0..25.0).contains(&tight_m), "{tight_m} m");
     assert_eq!(stops_before_bend_m(80.0), f32::INFINITY, "both have room");
 }
+
+/// Drives two vehicles of these blueprints into the bend of a two-way road from both ends, the second one
+/// `later_m` farther away, and returns whether both have passed it without touching.
+fn pass_in_bend(radius_m: f32, blueprints: [&str; 2], later_m: f32, is_first: bool) -> bool {
+    let (straight_m, speed) = (120.0, 10.0);
+    let along = Car { position: Vec3::new(60.0, -1.75, 0.0), speed, ..Car::default() };
+    let x = straight_m + radius_m - 1.75;
+    let against = Car {
+        position: Vec3::new(x, radius_m + 60.0 + later_m, 0.0),
+        yaw: -std::f32::consts::FRAC_PI_2,
+        speed,
+        ..Car::default()
+    };
+    let mut cars = vec![along.built_as(blueprints[0]), against.built_as(blueprints[1])];
+    if !is_first {
+        cars.swap(0, 1);
+    }
+    let [forth, back] = if is_first { [0, 1] } else { [1, 0] };
+    let network = maps::two_way_loop(f64::from(radius_m), f64::from(straight_m));
+    let mut course = Course::with_cars(network, 1, cars);
+    let mut passed = [false; 2];
+    for _ in 0..20 * 60 {
+        course.tick();
+        passed[0] |= course.cars[forth].position.y > radius_m + 40.0;
+        passed[1] |= course.cars[back].position.x < straight_m - 20.0;
+    }
+    course.collisions.is_empty() && passed == [true; 2]
+}
+
+#[test]
+fn wide_vehicles_pass_a_bend_one_after_the_other() {
+    let (bus, truck) = ("vehicle.mitsubishi.fusorosa", "vehicle.carlamotors.firetruck");
+    let mut failed = Vec::new();
+    for radius_m in [20.0, 32.0, 45.0] {
+        for later_m in [-40.0, -20.0, 0.0, 15.0, 30.0] {
+            for is_first in [true, false] {
+                for others in [[bus, bus], [bus, truck]] {
+                    if !pass_in_bend(radius_m, others, later_m, is_first) {
+                        failed.push((radius_m, later_m, is_first, others[1]));
+                    }
+                }
+            }
+        }
+    }
+    assert_eq!(failed, []);
+}
+
+#[test]
+fn a_car_leaves_a_tight_bend_to_a_bus() {
+    let (bus, car) = ("vehicle.mitsubishi.fusorosa", "vehicle.nissan.patrol");
+    let mut failed = Vec::new();
+    // Bends of 47 m and more are no conflict areas.
+    for later_m in [-40.0, -20.0, 0.0, 15.0, 30.0] {
+        for is_first in [true, false] {
+            for pair in [[bus, car], [car, bus]] {
+                if !pass_in_bend(30.0, pair, later_m, is_first) {
+                    failed.push((later_m, is_first, pair));
+                }
+            }
+        }
+    }
+    assert_eq!(failed, []);
+}

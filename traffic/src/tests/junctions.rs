@@ -30,6 +30,54 @@ fn a_vehicle_that_ignores_lights_passes_red_ones() {
     assert!(course.crossings.iter().any(|c| c.1 == light::RED));
 }
 
+/// Returns a vehicle on the southern arm of the second of two crossings, which has light 2, with its front
+/// this far beyond the end of the arm.
+fn before_second_crossing(beyond_m: f32, speed: f32) -> Car {
+    let position = Vec3::new(26.0 + 1.75, -10.0 + beyond_m - CAR.front_m, 0.0);
+    Car { position, yaw: std::f32::consts::FRAC_PI_2, speed, ..Car::default() }
+}
+
+#[test]
+fn a_vehicle_with_its_front_over_the_line_waits_at_red() {
+    let on_red = [0.2, 0.8].map(|beyond_m| {
+        let cars = vec![before_second_crossing(beyond_m, 0.0)];
+        let mut course = Course::with_cars(maps::two_crossings(26.0), 3, cars);
+        let (mut red_s, mut passed) = (0.0, false);
+        for _ in 0..20 * 60 {
+            course.tick();
+            let is_red = course.light(1) == light::RED;
+            passed |= is_red && course.cars[0].position.y < -8.0 && course.cars[0].speed > 0.5;
+            red_s += if is_red { 0.05 } else { 0.0 };
+        }
+        assert!(course.cars[0].position.y > 0.0, "it drives at green");
+        (red_s > 0.0, passed)
+    });
+    assert_eq!(on_red, [(true, false); 2]);
+}
+
+#[test]
+fn a_vehicle_that_has_just_started_stops_when_its_light_turns_yellow() {
+    let start = before_second_crossing(-0.4, 1.2);
+    // Another one waits at the light of the crossing road.
+    let other = Car { position: Vec3::new(12.0, -1.75, 0.0), parked: true, ..Car::default() };
+    let mut course = Course::with_cars(maps::two_crossings(26.0), 3, vec![start.clone(), other]);
+    for _ in 0..20 * 120 {
+        course.tick();
+        if course.light(1) == light::YELLOW {
+            break;
+        }
+        course.cars[0] = start.clone();
+        course.snapshot();
+    }
+    assert_eq!(course.light(1), light::YELLOW);
+    let mut farthest_m = f32::NEG_INFINITY;
+    for _ in 0..20 * 5 {
+        course.tick();
+        farthest_m = course.cars[0].position.y + CAR.front_m + 10.0;
+    }
+    assert!(farthest_m < 1.0, "{farthest_m} m beyond its arm");
+}
+
 /// Moves each vehicle that has left the junctions to where its arm begins, when there is room.
 fn begin_again(cars: &mut [Car]) {
     for index in 0..cars.len() {

@@ -1,0 +1,242 @@
+//! Vehicles that meet in a bend of a two-way road, at least one of them wide: where the swept paths of
+//! both overlap, they pass one after the other.
+//!
+//! A vehicle that is in the overlap goes first; else one that could not stop before it, if the other
+//! one can; else the one with the lower actor id. The other one stops before the whole way of the
+//! first, so that it stands in no place that the first still has to sweep over. All is decided for
+//! both at once, so that they never disagree.
+
+use glam::Vec2;
+
+use crate::{
+    agents::Agents,
+    leader::Leader,
+    map::Map,
+    obstacles::{Course, Footprint, Obstacle, across},
+    occupancy::Occupancy,
+    route,
+    spread::Spread,
+    tracks::NONE,
+    vehicle_table::{Vehicle, VehicleTable},
+};
+
+/// Clearance between the two: somewhat more than conflict areas leave, because neither is exactly on its line.
+const MARGIN_M: f32 = 0.2;
+/// Step of the prediction along both routes.
+const STEP_M: f32 = 2.0;
+/// Most that the middle of a vehicle moves in a step: its rear swings less than its tracking point.
+const STRIDE_M: f32 = 1.3 * STEP_M;
+/// Radii of bends above which two wide vehicles, and a wide one and a car, stay apart on lanes of 3.5 m:
+/// a bus of 10 m sweeps over 31 m² / radius beyond its width, 27 m² / radius beside a car.
+const RADIUS_MAX_M: f32 = 100.0;
+const CAR_RADIUS_MAX_M: f32 = 35.0;
+/// Step in which bends are looked for.
+const BEND_STEP_M: f32 = 5.0;
+/// Distance between the two from which on they are examined, and the time to meet added to it.
+const NEAR_M: f32 = 25.0;
+const NEAR_S: f32 = 3.0;
+/// Farthest distance along a route at which others are looked for.
+const REACH_M: f32 = 110.0;
+/// Way along a bend by its chord: that of a quarter circle is 1.11.
+const WAY_BY_CHORD: f32 = 1.3;
+/// Length of the ways beyond the place where both meet.
+const BEYOND_M: f32 = 12.0;
+/// Deceleration with which a vehicle stops before the overlap.
+const BRAKE_MPS2: f32 = 3.0;
+/// A vehicle slower than this stands.
+const MOVING_MPS: f32 = 0.2;
+
+/// Adds to `found`, which is sorted by row, the ways of vehicles that come towards others which yield.
+pub(crate) fn find(
+    vehicles: &VehicleTable,
+    map: &Map,
+    agents: &Agents,
+    occupancy: &Occupancy,
+    spread: Spread,
+    found: &mut Vec<Obstacle>,
+) {
+    let mut ways = Vec::new();
+    spread.list(vehicles.len(), &mut ways, |row, ways| {
+        if agents.body[agents.driven[row] as usize].is_wide() && follows_lane(&vehicles[row]) {
+            let others = oncoming(vehicles, row, map, agents, occupancy);
+            ways.extend(others.filter_map(|other| yielding(vehicles, [row, other], map, agents)));
+        }
+    });
+    if !ways.is_empty() {
+        found.append(&mut ways);
+        found.sort_by_key(|obstacle| obstacle.row);
+    }
+}
+
+/// Returns whether the course of a vehicle is that of its lane.
+fn follows_lane(vehicle: &Vehicle) -> bool {
+    vehicle.located == 1 && vehicle.u_turn == 0 && !vehicle.passes_prop()
+}
+
+/// Returns the rows that come towards a wide vehicle on the lanes beside its route; of two wide
+/// vehicles only from the first row to the second.
+fn oncoming<'a>(
+    vehicles: &'a VehicleTable,
+    row: usize,
+    map: &'a Map,
+    agents: &'a Agents,
+    occupancy: &'a Occupancy,
+) -> impl Iterator<Item = usize> + 'a {
+    let (own, lanes) = (agents.driven[row], vehicles[row].route.lanes());
+    let mut begins_m = -vehicles[row].arc_m;
+    let near = lanes.iter().take_while(move |&&lane| {
+        let is_near = begins_m < REACH_M;
+        begins_m += map.tracks.length(lane);
+        is_near
+    });
+    let beside = near.map(|&lane| map.beside.oncoming[lane as usize]).filter(|&lane| lane != NONE);
+    beside.flat_map(move |lane| {
+        let comes = move |other: usize| {
+            let vehicle = &vehicles[other];
+            let passes = |&ahead: &u32| {
+                let here = map.beside.oncoming[ahead as usize];
+                here != NONE && lanes.iter().take(2).any(|&own| own == here)
+            };
+            vehicle.route.lane() == lane
+                && follows_lane(vehicle)
+                && vehicle.route.lanes().iter().any(passes)
+        };
+        let rows = occupancy.on(lane).iter().filter(move |occupant| {
+            let other = occupant.agent;
+            let is_first = row < agents.row[other as usize] as usize;
+            agents.row[other as usize] != NONE
+                && (is_first || !agents.body[other as usize].is_wide())
+                && occupancy.reacts_to(own, other)
+                && occupancy.reacts_to(other, own)
+        });
+        rows.map(|occupant| agents.row[occupant.agent as usize] as usize)
+            .filter(move |&other| comes(other))
+    })
+}
+
+/// Returns the way of one of two rows as an obstacle of the other, which yields; `None` if neither does.
+fn yielding(
+    vehicles: &VehicleTable,
+    rows: [usize; 2],
+    map: &Map,
+    agents: &Agents,
+) -> Option<Obstacle> {
+    let both = rows.map(|row| agents.driven[row] as usize);
+    let [place, other_place] = both.map(|agent| agents.position[agent]);
+    let speeds_mps = both.map(|agent| agents.velocity[agent].length());
+    let to = other_place - place;
+    let apart_m = to.truncate().length();
+    let have_passed = to.truncate().dot(agents.forward[both[0]]) < 0.0
+        && to.truncate().dot(agents.forward[both[1]]) > 0.0;
+    if speeds_mps.iter().all(|&mps| mps < MOVING_MPS)
+        || apart_m > NEAR_M + NEAR_S * (speeds_mps[0] + speeds_mps[1])
+        || to.z.abs() > 3.0
+        || have_passed
+    {
+        return None;
+    }
+    let way_m = WAY_BY_CHORD * apart_m + BEYOND_M;
+    let are_wide = both.iter().all(|&agent| agents.body[agent].is_wide());
+    let radius_m = if are_wide { RADIUS_MAX_M } else { CAR_RADIUS_MAX_M };
+    let is_bend = |step: usize| {
+        let (lane, arc_m) =
+            route::ahead(&vehicles[rows[0]], &map.tracks, step as f32 * BEND_STEP_M);
+        map.tracks.curvature_at(lane, arc_m).abs() * radius_m > 1.0
+    };
+    if !(0..=(way_m / BEND_STEP_M) as usize).any(is_bend) {
+        return None;
+    }
+    let ways = rows.map(|row| way_of(vehicles, row, map, agents, way_m));
+    let first = [first_touch(&ways[0], &ways[1])?, first_touch(&ways[1], &ways[0])?];
+    let enters_m = first.map(|step| step as f32 * STEP_M);
+    // Where reservations give the right of way, nothing is added to them.
+    let is_reserved = [0, 1].into_iter().any(|side| {
+        let (lane, _) = route::ahead(&vehicles[rows[side]], &map.tracks, enters_m[side]);
+        map.tracks.in_zone(lane)
+    });
+    if is_reserved {
+        return None;
+    }
+    let yields = match first.map(|step| step == 0) {
+        [true, false] => 1,
+        [false, true] => 0,
+        [true, true] => later_id(vehicles, rows),
+        [false, false] => before_overlap(vehicles, rows, speeds_mps, enters_m),
+    };
+    let other = both[1 - yields];
+    let stop_m = (enters_m[yields] - STEP_M).max(0.0);
+    let own = agents.driven[rows[yields]] as usize;
+    let towards = (agents.position[other] - agents.position[own]).truncate();
+    // It waits in its lane, which is no reason to drive back, unless the other one cannot pass.
+    let aligned = if first[yields] == 0 { -1.0 } else { 1.0 };
+    Some(Obstacle {
+        row: rows[yields],
+        leader: Leader { gap_m: stop_m, speed_mps: 0.0, agent: other as u32, aligned },
+        away: across(agents.forward[own], towards),
+    })
+}
+
+/// Returns which of two rows yields before the overlap of their ways.
+fn before_overlap(
+    vehicles: &VehicleTable,
+    rows: [usize; 2],
+    speeds_mps: [f32; 2],
+    enters_m: [f32; 2],
+) -> usize {
+    // One that stands waits for something else; the other one may pass it meanwhile.
+    for side in [0, 1] {
+        if speeds_mps[side] < MOVING_MPS {
+            return side;
+        }
+    }
+    let can_stop = [0, 1].map(|side| {
+        let room_m = (enters_m[side] - STEP_M).max(0.0);
+        speeds_mps[side] * speeds_mps[side] <= 2.0 * BRAKE_MPS2 * room_m
+    });
+    match can_stop {
+        [true, false] => 0,
+        [false, true] => 1,
+        _ => later_id(vehicles, rows),
+    }
+}
+
+/// Returns which of two rows has the higher actor id.
+fn later_id(vehicles: &VehicleTable, rows: [usize; 2]) -> usize {
+    usize::from(vehicles[rows[1]].id > vehicles[rows[0]].id)
+}
+
+/// Returns the footprints of a row from here on, one for each step.
+fn way_of(
+    vehicles: &VehicleTable,
+    row: usize,
+    map: &Map,
+    agents: &Agents,
+    way_m: f32,
+) -> Vec<Footprint> {
+    let agent = agents.driven[row] as usize;
+    let (at, forward) = (agents.position[agent].truncate(), agents.forward[agent]);
+    let mut way = vec![Footprint::of(&agents.body[agent], at, forward)];
+    let mut course = Course::new(vehicles, row, &map.tracks, agents);
+    way.extend((0..(way_m / STEP_M) as usize).map(|_| course.step(STEP_M)));
+    way
+}
+
+/// Returns the first step of a way at which the vehicle would touch another way.
+fn first_touch(way: &[Footprint], other: &[Footprint]) -> Option<usize> {
+    way.iter().position(|place| touches(&place.grown(MARGIN_M), other))
+}
+
+/// Returns whether a footprint touches a way.
+fn touches(place: &Footprint, way: &[Footprint]) -> bool {
+    let mut step = 0;
+    while let Some(other) = way.get(step) {
+        // Footprints of the way that are too far away are skipped.
+        let reach_m = place.half.length() + other.half.length();
+        let apart_m = Vec2::distance(place.middle, other.middle) - reach_m;
+        if apart_m <= 0.0 && place.touches(other) {
+            return true;
+        }
+        step += 1 + (apart_m.max(0.0) / STRIDE_M) as usize;
+    }
+    false
+}
