@@ -9,6 +9,8 @@ use super::view::View;
 const WAITING_MPS: f32 = 0.5;
 /// Speed with which a walker steps aside. Metres per second.
 pub(super) const ASIDE_MPS: f32 = 0.7;
+/// Distance between walkers within which one that stands hinders the other. Metres.
+const SHOULDER_M: f32 = 1.0;
 
 /// Walkers that vehicles wait for because they stand in swept paths.
 #[derive(Default)]
@@ -32,10 +34,30 @@ impl InSweptPaths {
                 self.waiting.push(vehicle);
             }
         }
+        self.push_neighbours(view);
         // Stable: of several vehicles the first counts.
         self.found.sort_by_key(|(walker, _)| *walker);
         self.waiting.sort_unstable();
         self.waiting.dedup();
+    }
+
+    /// Adds walkers that stand in the way of those that step aside: they step in the same direction.
+    fn push_neighbours(&mut self, view: &View<'_>) {
+        let agents = view.agents;
+        let at = |walker: u32| agents.position[walker as usize].truncate();
+        let mut next = 0;
+        while let Some(&(walker, away)) = self.found.get(next) {
+            next += 1;
+            for &other in &agents.led {
+                let offset = at(other) - at(walker);
+                let is_in_way = offset.length_squared() < SHOULDER_M * SHOULDER_M
+                    && offset.dot(away) > 0.3 * offset.length();
+                let stands = agents.velocity[other as usize].length() < WAITING_MPS;
+                if is_in_way && stands && self.found.iter().all(|(found, _)| *found != other) {
+                    self.found.push((other, away));
+                }
+            }
+        }
     }
 
     /// Returns whether no vehicle waits for a walker.
