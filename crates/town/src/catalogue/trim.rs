@@ -274,13 +274,21 @@ pub(super) fn front(
 }
 
 /// Adds a fog lamp in a dark recess, at a fraction of the half width on one side and at a height.
-fn fog_lamp(builder: &mut MeshBuilder, end: &End, side: f32, at: [f32; 2]) {
-    if end.surface.is_some() {
-        builder.tinted(Material::Plastic, [12, 12, 13]);
-        end.disc(builder, side, at, 0.062, OUT_M * 0.5);
+fn fog_lamp(builder: &mut MeshBuilder, end: &End, side: f32, [u, z]: [f32; 2]) {
+    let Some((at, normal)) = end.ahead(u * end.measure.body_m * 0.5 * side, z) else {
+        builder.material(Material::LampFog);
+        return end.disc(builder, side, [u, z], 0.036, OUT_M);
+    };
+    // Both discs follow the body, which is round here.
+    for (material, radius, out) in
+        [(Material::Plastic, 0.062, OUT_M * 0.5), (Material::LampFog, 0.036, OUT_M)]
+    {
+        builder.material(material);
+        if material == Material::Plastic {
+            builder.tinted(material, [12, 12, 13]);
+        }
+        builder.cone(at - normal * 0.05, at + normal * out, [radius, radius * 0.92], 14);
     }
-    builder.material(Material::LampFog);
-    end.disc(builder, side, at, 0.036, OUT_M);
 }
 
 /// Adds the bars of a grille, across an opening.

@@ -193,7 +193,7 @@ impl Crown<'_> {
         // A point outside of the crown moves to its surface.
         let at = if far > surface { self.center + offset / far * surface * self.radii } else { at };
         // A valley between lobes sees little of the sky.
-        let far = far.min(surface) * (0.55 + 0.45 * surface);
+        let far = far.min(surface) * (0.70 + 0.30 * surface);
         let out = (offset / self.radii).normalize_or(Vec3::Z);
         let normal = (out * 0.7 + Vec3::Z * 0.45 + unit(random) * 1.1).normalize_or(Vec3::Z);
         let along = (unit(random) - Vec3::Z * 0.5).reject_from_normalized(normal);
