@@ -40,8 +40,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             let (vehicle, yaw_deg) = (town::blueprint(id), yaw_deg.parse::<f32>()?);
             let stand = town.street_pose(if vehicle.is_some() { 0 } else { pose.parse()? });
             let shown = vehicle.into_iter().flat_map(|(blueprint, one)| {
-                let turned =
-                    [(2.6, yaw_deg, 1, 0x1816b0), (-2.6, yaw_deg - 222.0, 2, 0x827c78)];
+                let turned = [(2.6, yaw_deg, 1, 0x1816b0), (-2.6, yaw_deg - 222.0, 2, 0x827c78)];
                 turned.map(|(left, yaw_deg, id, color)| ActorState {
                     actor_id: ActorId(2_000_000 + id),
                     blueprint,

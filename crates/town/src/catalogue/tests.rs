@@ -125,7 +125,9 @@ fn caged_cars() -> impl Iterator<Item = &'static super::Blueprint> {
 
 #[test]
 fn bodies_of_cars_have_creases_with_a_rounding() {
-    for one in caged_cars() {
+    // Off-roaders have flat panels.
+    let flat = ["vehicle.jeep.wrangler_rubicon", "vehicle.nissan.patrol"];
+    for one in caged_cars().filter(|one| !flat.contains(&one.id)) {
         let mesh = one.mesh();
         let paint = mesh.triangles.iter().zip(&mesh.faces);
         let paint = paint.filter(|(_, face)| face.material == Material::CarPaint as u8);
@@ -140,8 +142,9 @@ fn bodies_of_cars_have_creases_with_a_rounding() {
                 if is_strip { area / 0.012 } else { 0.0 }
             })
             .sum();
-        // Two shoulders, two sides of a bonnet, two bumpers, and the edges of bonnet and lid.
-        let least = 2.0 * one.wheelbase_m;
+        // On each side a shoulder, the lower edge of the doors and the side of the bonnet; bumpers,
+        // and the edges of bonnet and lid. Narrow parts as rims of lamps are about 5 wheelbases.
+        let least = 7.0 * one.wheelbase_m;
         assert!(long > least, "{}: {long} m of creases, expected {least} m", one.id);
     }
 }
