@@ -170,14 +170,15 @@ pub(super) fn front(
                 let radius = (tall * 0.20).clamp(0.08, 0.115);
                 let axis = Vec3::X * end.forward();
                 let lenses = [Material::LampWhite, Material::LampHigh];
-                lamp::bowl(builder, end.spot(side, [0.70, middle]), axis, radius * 1.1, lenses);
+                let at = seat(&end, side, [0.70, middle], radius);
+                lamp::bowl(builder, at, axis, radius * 1.1, lenses);
                 builder.material(indicator);
                 end.disc(builder, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
             }
             Lamps::Twin => {
                 let radius = (tall * 0.17).clamp(0.06, 0.09);
                 for (u, lens) in [(0.82, Material::LampWhite), (0.60, Material::LampHigh)] {
-                    let at = end.spot(side, [u, middle]);
+                    let at = seat(&end, side, [u, middle], radius);
                     lamp::bowl(builder, at, Vec3::X * end.forward(), radius, [lens; 2]);
                 }
                 builder.material(indicator);
@@ -271,6 +272,14 @@ pub(super) fn front(
         }
     }
     number_plate(builder, &end, low + tall * 0.17);
+}
+
+/// The place of a round lamp that faces ahead: at the foremost of its middle and its upper and lower edge, so that the
+/// edge of the bonnet does not cover it.
+fn seat(end: &End, side: f32, [u, z]: [f32; 2], radius: f32) -> Vec3 {
+    let at = [0.0, radius, -radius].map(|dz| end.spot(side, [u, z + dz]));
+    let ahead = at.map(|at| at.x * end.forward()).into_iter().fold(f32::MIN, f32::max);
+    at[0].with_x(ahead * end.forward())
 }
 
 /// Adds a fog lamp in a dark recess, at a fraction of the half width on one side and at a height.
