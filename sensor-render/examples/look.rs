@@ -1,7 +1,8 @@
 //! Renders street poses of a town into PNG pictures:
 //! `look OUT_DIR [MAP] [WIDTHxHEIGHT] [POSE,…] [cpu|gpu:N] [noon,dusk,night,rain,fog,overcast] [low|standard|epic]
 //! [pinhole|brown-conrady|fisheye] [EFFECTS,…]`, with the names of effects in sample/mod.rs. A pose is a number, or
-//! the id of a vehicle, which stands in front of the camera of pose 0. The camera has driven 1 m and turned since
+//! the id of a vehicle, which stands in front of the camera of pose 0, twice: as it comes and goes, or turned by
+//! the degrees after an `@` and the same from behind. The camera has driven 1 m and turned since
 //! the frame before.
 
 mod sample;
@@ -35,10 +36,11 @@ fn main() -> Result<(), Box<dyn Error>> {
         let stamp = Stamp { frame: Frame(1), sim_time_nanos: 50_000_000, ..Default::default() };
         let weather = weather(weather_name);
         for pose in argument(3, "0,1,2,3").split(',') {
-            let vehicle = town::blueprint(pose);
+            let (id, yaw_deg) = pose.split_once('@').unwrap_or((pose, "200"));
+            let (vehicle, yaw_deg) = (town::blueprint(id), yaw_deg.parse::<f32>()?);
             let stand = town.street_pose(if vehicle.is_some() { 0 } else { pose.parse()? });
             let shown = vehicle.into_iter().flat_map(|(blueprint, one)| {
-                let turned = [(2.6, 200.0f32, 1, 0x1816b0), (-2.6, -22.0, 2, 0x827c78)];
+                let turned = [(2.6, yaw_deg, 1, 0x1816b0), (-2.6, yaw_deg - 222.0, 2, 0x827c78)];
                 turned.map(|(left, yaw_deg, id, color)| ActorState {
                     actor_id: ActorId(2_000_000 + id),
                     blueprint,

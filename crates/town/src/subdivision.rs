@@ -2,7 +2,8 @@
 //!
 //! Catmull and Clark 1978, "Recursively generated B-spline surfaces on arbitrary topological
 //! meshes"; creases as in DeRose, Kass and Truong 1998, "Subdivision surfaces in character
-//! animation".
+//! animation". Edges that are still sharp at the end become narrow strips
+//! ([`Cage::bevelled`]).
 
 use std::collections::BTreeMap;
 
@@ -101,6 +102,108 @@ impl<T: Copy> Cage<T> {
             }
         }
         Cage { points, faces, creases }
+    }
+    /// Returns the cage with a strip of this width instead of each line of sharp edges, so that normals which are
+    /// interpolated between corners turn within the strip. Metres.
+    ///
+    /// A line ends in a triangle where it ends or meets another one. Points keep their indices; the
+    /// second sides of strips follow.
+    pub(crate) fn bevelled(&self, wide: f32) -> Cage<T> {
+        let edges = self.edges();
+        let mut lines = BTreeMap::<(u32, u32), [u32; 2]>::new();
+        let mut ends = BTreeMap::<u32, Vec<u32>>::new();
+        for (key, sides) in edges {
+            if let (true, [one, other]) = (self.creases.contains_key(&key), &sides.faces[..]) {
+                lines.insert(key, [*one, *other]);
+                ends.entry(key.0).or_default().push(key.1);
+                ends.entry(key.1).or_default().push(key.0);
+            }
+        }
+        ends.retain(|_, far| far.len() == 2);
+        let mut around = BTreeMap::<u32, Vec<u32>>::new();
+        for ((corners, _), face) in self.faces.iter().zip(0..) {
+            for corner in corners.iter().filter(|corner| ends.contains_key(corner)) {
+                around.entry(*corner).or_default().push(face);
+            }
+        }
+        let mut points = self.points.clone();
+        let mut faces = self.faces.clone();
+        for (point, far) in &ends {
+            let own = self.points[*point as usize];
+            let [before, after] = [far[0], far[1]].map(|end| self.points[end as usize]);
+            let along = (after - before).normalize_or_zero();
+            let sides = self.sides(*point, &around[point], &lines);
+            let [(near, one), (_, other)] = &sides[..] else { continue };
+            let moved = |towards: Vec3| {
+                let aside = (towards - own).reject_from(along).normalize_or_zero();
+                own + aside * wide * 0.5
+            };
+            let twin = points.len() as u32;
+            points[*point as usize] = moved(*one);
+            points.push(moved(*other));
+            for face in around[point].iter().filter(|face| !near.contains(face)) {
+                let corners = &mut faces[*face as usize].0;
+                corners.iter_mut().filter(|at| **at == *point).for_each(|at| *at = twin);
+            }
+        }
+        for ((a, b), sides) in &lines {
+            // The corners of both faces at the ends of the edge, in their new places.
+            let [one, other] = sides.map(|face| {
+                let (old, new) = (&self.faces[face as usize].0, &faces[face as usize].0);
+                let place = |at: u32| old.iter().position(|c| *c == at).map(|c| new[c]);
+                [place(*a), place(*b)].map(|at| at.unwrap_or(*a))
+            });
+            let (old, attribute) = &self.faces[sides[0] as usize];
+            let next = |at: usize| old[(at + 1) % old.len()];
+            let is_forward = (0..old.len()).any(|at| old[at] == *a && next(at) == *b);
+            let mut strip = vec![one[1], one[0], other[0], other[1]];
+            if !is_forward {
+                strip.reverse();
+            }
+            strip.dedup();
+            if strip.first() == strip.last() {
+                strip.pop();
+            }
+            if strip.len() > 2 {
+                faces.push((strip, *attribute));
+            }
+        }
+        Cage { points, faces, creases: BTreeMap::new() }
+    }
+
+    /// The polygons around a point on both sides of a line through it, the side of the first polygon
+    /// first, and the middle of each side.
+    fn sides(
+        &self,
+        point: u32,
+        around: &[u32],
+        lines: &BTreeMap<(u32, u32), [u32; 2]>,
+    ) -> Vec<(Vec<u32>, Vec3)> {
+        let touches = |one: u32, other: u32| {
+            let shared = |at: &&u32| self.faces[other as usize].0.contains(at);
+            let common = self.faces[one as usize].0.iter().filter(shared);
+            common.copied().any(|at| at != point && !lines.contains_key(&edge(point, at)))
+        };
+        let mut left = around.to_vec();
+        let mut sides = Vec::new();
+        while let Some(first) = left.first().copied() {
+            let mut side = vec![first];
+            let mut at = 0;
+            left.remove(0);
+            while let Some(face) = side.get(at).copied() {
+                let (near, far): (Vec<u32>, Vec<u32>) =
+                    left.iter().partition(|other| touches(face, **other));
+                side.extend(near);
+                left = far;
+                at += 1;
+            }
+            let corners = side.iter().flat_map(|face| &self.faces[*face as usize].0);
+            let (sum, count) = corners.fold((Vec3::ZERO, 0.0), |(sum, count), corner| {
+                (sum + self.points[*corner as usize], count + 1.0)
+            });
+            sides.push((side, sum / count));
+        }
+        sides
     }
 }
 
@@ -213,6 +316,38 @@ mod tests {
         assert!(times(&with(2.0), 3).points[7].length() < 1.6);
         let half = with(0.5).subdivided().points[7];
         assert!((half - Vec3::splat((1.0 + 5.0 / 9.0) * 0.5)).length() < 1e-6, "{half}");
+    }
+
+    #[test]
+    fn a_bevel_replaces_sharp_edges_by_strips_and_stays_closed() {
+        // The upper edges of a cube: a line without ends.
+        let mut cage = cube();
+        let upper = cage.faces[1].0.clone();
+        let ring = (0..4).map(|at| edge(upper[at], upper[(at + 1) % 4]));
+        cage.creases = ring.map(|key| (key, 1.0)).collect();
+        let round = cage.bevelled(0.2);
+        assert_eq!((round.points.len(), round.faces.len()), (8 + 4, 6 + 4));
+        let directed = round.faces.iter().flat_map(|(corners, _)| {
+            (0..corners.len()).map(|at| (corners[at], corners[(at + 1) % corners.len()]))
+        });
+        let directed: std::collections::BTreeSet<_> = directed.collect();
+        assert!(directed.iter().all(|(a, b)| directed.contains(&(*b, *a))), "closed");
+        assert!(round.points[..4].iter().all(|p| p.abs() == Vec3::ONE), "others stay");
+        // A line through two opposite edges of the top ends in triangles.
+        let mut open = cube();
+        let fine = {
+            open.creases = [(edge(4, 5), f32::INFINITY)].into();
+            open.subdivided()
+        };
+        let cut = fine.bevelled(0.01);
+        let triangles = cut.faces.iter().filter(|(corners, _)| corners.len() == 3).count();
+        assert_eq!((cut.points.len(), triangles), (fine.points.len() + 1, 2));
+        // Both sides of the strip have half of its width.
+        let moved = (0..fine.points.len()).find(|at| cut.points[*at] != fine.points[*at]).unwrap();
+        for side in [moved, fine.points.len()] {
+            let far = cut.points[side].distance(fine.points[moved]);
+            assert!((far - 0.005).abs() < 1e-6, "{far}");
+        }
     }
 
     #[test]

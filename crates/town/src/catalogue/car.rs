@@ -29,6 +29,8 @@ pub(super) struct Livery {
 
 /// How often a control cage is subdivided.
 const SUBDIVISIONS: usize = 1;
+/// The width of the rounding of a crease, as of pressed sheet metal. Metres.
+const CREASE_M: f32 = 0.012;
 
 /// Builds the body with mirrors, inside and occupants and without wheels; the nose lies at
 /// `measure.nose_m`. Doors are separate objects after [`SHELL`], in CARLA's order. `number` varies
@@ -68,7 +70,10 @@ pub(super) fn body(
 /// Adds a body made from a control cage.
 fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: Livery) -> Surface {
     let cage = cage(text, measure);
-    let fine = (0..SUBDIVISIONS).fold(cage.clone(), |cage, _| cage.subdivided());
+    let smooth = (0..SUBDIVISIONS).fold(cage.clone(), |cage, _| cage.subdivided());
+    // Points keep their indices: the coarse faces between points of the finished surface.
+    let points = smooth.points[..cage.points.len()].to_vec();
+    let fine = smooth.bevelled(CREASE_M);
     builder.material(Material::CarPaint);
     builder.cage(&fine, |usual, skin: Skin| {
         let is_paint = skin.material == Material::CarPaint;
@@ -80,8 +85,6 @@ fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: 
         let tint = color.filter(|_| is_paint).map_or(0, Face::tint);
         Face { material: skin.material as u8, object, tint, ..usual }
     });
-    // Points keep their indices: the coarse faces between points of the finished surface.
-    let points = fine.points[..cage.points.len()].to_vec();
     cabin::lining(builder, &Cage { points, ..cage });
     Surface::of(&fine)
 }

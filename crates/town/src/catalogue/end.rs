@@ -13,6 +13,13 @@ use crate::{
 
 /// The distance by which lamps protrude from the body. Metres.
 pub(super) const OUT_M: f32 = 0.012;
+/// The rise of the lower edge of a head lamp at its inner end, as a fraction of its height.
+const SWEEP: f32 = 0.42;
+/// The steps across an opening.
+const OPENING: i32 = 8;
+/// The section of the rim of an opening: distances outwards from the edge of the opening, and out of the body.
+/// Metres.
+const RIM_M: [(f32, f32); 4] = [(0.013, -0.010), (0.008, 0.008), (-0.005, 0.012), (-0.009, -0.004)];
 
 /// The front or rear end of a car.
 pub(super) struct End<'a> {
@@ -103,13 +110,16 @@ impl End<'_> {
             let t = step as f32 / steps as f32;
             let fraction = u[0] + (u[1] - u[0]) * t;
             let lift = self.rise(fraction);
-            // An ellipse of fourth degree, a rectangle with rounded corners.
+            // An ellipse of fourth degree, a rectangle with rounded corners; the lower edge rises
+            // towards the middle of the car.
             let open = (1.0 - (2.0 * t - 1.0).powi(4)).sqrt().max(0.25);
+            let sweep = if self.is_front { SWEEP * (1.0 - t) * (1.0 - t) } else { 0.0 };
             let middle = (z[0] + z[1]) * 0.5 + lift;
             (0..4)
                 .map(|row| {
-                    let z = middle + (z[1] - z[0]) * (row as f32 / 3.0 - 0.5) * open;
-                    self.round(side, fraction, z)
+                    let up = row as f32 / 3.0;
+                    let rise = (up - 0.5) * open + sweep * open * (1.0 - up);
+                    self.round(side, fraction, middle + (z[1] - z[0]) * rise)
                 })
                 .collect()
         };
@@ -124,6 +134,16 @@ impl End<'_> {
     pub(super) fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
         let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
         self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
+    }
+
+    /// The lowest height at which parts are fitted: 6 cm above the ground clearance, or the lower
+    /// edge of a body that ends higher.
+    pub(super) fn low(&self) -> f32 {
+        let low = self.shape.clearance_m + 0.06;
+        let wide = self.measure.body_m * 0.5 * 0.68;
+        let fits = |z: &f32| [0.0, wide].iter().all(|y| self.ahead(*y, *z).is_some());
+        let heights = (0..20).map(|step| low + 0.01 * step as f32);
+        heights.into_iter().find(fits).filter(|_| self.surface.is_some()).unwrap_or(low)
     }
 
     /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
@@ -200,6 +220,49 @@ impl End<'_> {
             [radius, radius * 0.92],
             14,
         );
+    }
+
+    /// Adds a dark opening with round corners across the middle, as wide as two half widths at its
+    /// upper and its lower edge, within a rim of a material. A lofted body has a plate of one width.
+    pub(super) fn opening(
+        &self,
+        builder: &mut MeshBuilder,
+        [upper, lower]: [f32; 2],
+        z: [f32; 2],
+        rim: Material,
+    ) {
+        let line = |step: i32| -> Option<Vec<(Vec3, Vec3)>> {
+            let t = step as f32 / OPENING as f32 * 2.0 - 1.0;
+            let open = (1.0 - t.powi(4)).sqrt().max(0.5);
+            (0..4)
+                .map(|row| {
+                    let up = 0.5 + (row as f32 / 3.0 - 0.5) * open;
+                    self.ahead(t * (lower + (upper - lower) * up), z[0] + (z[1] - z[0]) * up)
+                })
+                .collect()
+        };
+        builder.tinted(Material::Plastic, [12, 12, 13]);
+        let Some(grid) = (0..=OPENING).map(line).collect::<Option<Vec<_>>>() else {
+            return self.plate(builder, upper, z, 0.004);
+        };
+        self.shell(builder, &grid, 0.004);
+        // The edge of the opening, once round.
+        let last = grid.len() - 1;
+        let mut edge: Vec<(Vec3, Vec3)> = grid.iter().map(|line| line[3]).collect();
+        edge.extend([grid[last][2], grid[last][1]]);
+        edge.extend(grid.iter().rev().map(|line| line[0]));
+        edge.extend([grid[0][1], grid[0][2]]);
+        let middle = edge.iter().map(|(at, _)| *at).sum::<Vec3>() / edge.len() as f32;
+        let ring = |at: usize| -> Vec<Vec3> {
+            let (own, normal) = edge[at % edge.len()];
+            let [before, after] = [at + edge.len() - 1, at + 1].map(|at| edge[at % edge.len()].0);
+            let aside = (after - before).cross(normal).normalize_or_zero();
+            let out = if aside.dot(own - middle) < 0.0 { -aside } else { aside };
+            RIM_M.map(|(wide, high)| own + out * wide + normal * high).to_vec()
+        };
+        let rings: Vec<Vec<Vec3>> = (0..=edge.len()).map(ring).collect();
+        builder.material(rim);
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
     }
 
     /// Adds an upright plate across the middle that protrudes slightly.

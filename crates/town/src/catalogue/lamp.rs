@@ -17,6 +17,8 @@ const BOWL: [(f32, f32); 6] =
 const RIB_OUT_M: f32 = 0.010;
 const RIB_M: f32 = 0.006;
 
+/// The satin inside of a head lamp, sRGB.
+const HOUSING: [u8; 3] = [82, 85, 90];
 /// Tint of the clear cover of a head lamp: renderers give it a part of the lamp's light.
 const LENS: [u8; 3] = [0, 0, 8];
 /// The distance by which the cover stands out of the body. Metres.
@@ -97,7 +99,7 @@ fn rounded(builder: &mut MeshBuilder, end: &End, side: f32, u: [f32; 2], z: [f32
     }
 }
 
-/// Adds a head lamp under a clear cover: two projectors on a dark ground, and a band of light that is the indicator
+/// Adds a head lamp under a clear cover: two projectors in a satin housing, and a band of light that is the indicator
 /// at the corner.
 pub(super) fn cluster(
     builder: &mut MeshBuilder,
@@ -108,17 +110,20 @@ pub(super) fn cluster(
     indicator: Material,
 ) {
     let tall = to - from;
-    builder.tinted(Material::CarPaint, [15, 16, 18]);
+    builder.tinted(Material::Metal, HOUSING);
     end.cover(builder, side, [inner, 1.14], [from, to], 0.004);
     builder.material(Material::LampWhite);
     end.cover(builder, side, [inner + 0.04, 0.96], [to - tall * 0.24, to - tall * 0.10], 0.010);
     builder.material(indicator);
     end.cover(builder, side, [0.97, 1.10], [to - tall * 0.24, to - tall * 0.10], 0.010);
     let middle = from + tall * 0.40;
-    for (u, material) in [(0.62, Material::LampHigh), (0.84, Material::LampWhite)] {
+    // The inner one is smaller: the lamp narrows towards the middle of the car.
+    for (u, part, material) in [(0.64, 0.72, Material::LampHigh), (0.86, 1.0, Material::LampWhite)]
+    {
         let u = u + (inner - 0.48) * 0.7;
-        let radius = (tall * 0.32).min(0.056);
-        let Some((at, normal)) = end.round(side, u, middle + end.rise(u)) else { continue };
+        let radius = (tall * 0.32).min(0.056) * part;
+        let up = middle + tall * 0.30 * (1.0 - part);
+        let Some((at, normal)) = end.round(side, u, up + end.rise(u)) else { continue };
         let ahead = Vec3::X * end.forward();
         let axis = (ahead * 1.5 + normal).try_normalize().unwrap_or(ahead);
         bowl(builder, at - normal * 0.003, axis, radius, [material; 2]);

@@ -71,7 +71,7 @@ fn meshes_are_sound_and_of_a_reasonable_size() {
         assert!(mesh.positions.iter().flatten().all(|x| x.is_finite()), "{}", one.id);
         assert!(mesh.faces.iter().all(|face| face.object == 0));
         let range = match one.kind {
-            Kind::Vehicle => 1200..=17_500,
+            Kind::Vehicle => 1200..=18_500,
             Kind::Walker => 4500..=6400,
             _ => 12..=3000,
         };
@@ -115,6 +115,75 @@ fn every_car_has_a_rear_window_and_equal_covers_of_its_head_lamps() {
             .any(|f| f.tint == 1 && f.material == Material::Glass as u8)
     };
     assert!(covered("vehicle.lincoln.mkz_2020") && !covered("vehicle.ford.mustang"));
+}
+
+/// The cars whose bodies are made from control cages.
+fn caged_cars() -> impl Iterator<Item = &'static super::Blueprint> {
+    let cars = catalogue().iter().filter(|one| one.base_type == "car");
+    cars.filter(|one| one.id != "vehicle.tesla.cybertruck")
+}
+
+#[test]
+fn bodies_of_cars_have_creases_with_a_rounding() {
+    // Off-roaders have flat panels.
+    let flat = ["vehicle.jeep.wrangler_rubicon", "vehicle.nissan.patrol"];
+    for one in caged_cars().filter(|one| !flat.contains(&one.id)) {
+        let mesh = one.mesh();
+        let paint = mesh.triangles.iter().zip(&mesh.faces);
+        let paint = paint.filter(|(_, face)| face.material == Material::CarPaint as u8);
+        // Triangles that are as narrow as the rounding of a crease, and longer than wide.
+        let long: f32 = paint
+            .map(|(corners, _)| {
+                let [a, b, c] = corners.map(|at| Vec3::from(mesh.positions[at as usize]));
+                let longest = a.distance(b).max(b.distance(c)).max(c.distance(a));
+                let area = (b - a).cross(c - a).length() * 0.5;
+                let high = 2.0 * area / longest;
+                let is_strip = (0.008..0.014).contains(&high) && longest > 0.05;
+                if is_strip { area / 0.012 } else { 0.0 }
+            })
+            .sum();
+        // On each side a shoulder, the lower edge of the doors and the side of the bonnet; bumpers,
+        // and the edges of bonnet and lid. Narrow parts as rims of lamps are about 5 wheelbases.
+        let least = 7.0 * one.wheelbase_m;
+        assert!(long > least, "{}: {long} m of creases, expected {least} m", one.id);
+    }
+}
+
+#[test]
+fn openings_of_cars_do_not_hang_below_the_body() {
+    let dark = mesh::Face::tint([12, 12, 13]);
+    for one in caged_cars() {
+        let mesh = one.mesh();
+        // The areas at the front and at the rear.
+        let mut areas = [0.0; 2];
+        let mut lowest = [[f32::MAX; 2]; 2];
+        for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+            let corners = corners.map(|at| Vec3::from(mesh.positions[at as usize]));
+            let is_dark = face.material == Material::Plastic as u8 && face.tint == dark;
+            if !is_dark && face.material != Material::CarPaint as u8 {
+                continue;
+            }
+            let [a, b, c] = corners;
+            let normal = (b - a).cross(c - a) * 0.5;
+            let middle = (a + b + c) / 3.0 - one.center_m;
+            // Seals have the same colour, and lie on the windows.
+            if is_dark && (middle.x.abs() < 0.4 * one.half_extents_m.x || middle.z > 0.0) {
+                continue;
+            }
+            let end = usize::from(middle.x < 0.0);
+            if is_dark && normal.x * middle.x > 0.0 {
+                areas[end] += normal.x.abs();
+            }
+            if middle.x.abs() > 0.85 * one.half_extents_m.x {
+                let low = &mut lowest[end][usize::from(is_dark)];
+                *low = corners.iter().fold(*low, |low, corner| low.min(corner.z));
+            }
+        }
+        assert!(areas.iter().all(|area| *area > 0.02), "{}: {areas:?}", one.id);
+        for [paint, dark] in lowest {
+            assert!(dark > paint - 0.01, "{}: {dark} m below {paint} m", one.id);
+        }
+    }
 }
 
 /// A closed, outward-facing surface has a positive volume: the sum of signed tetrahedra.

@@ -132,7 +132,7 @@ pub(super) fn front(
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
     let sink = if surface.is_some() { 0.03 } else { 0.012 };
     let top = shape.top(if surface.is_some() { 0.02 } else { 0.008 }) * height - sink;
-    let low = shape.clearance_m + 0.06;
+    let low = end.low();
     let tall = top - low;
     let (from, to) = match lamps {
         Lamps::Slim => (top - tall * 0.27, top - 0.01),
@@ -148,8 +148,7 @@ pub(super) fn front(
                 let inner = if *lamps == Lamps::Tall { 0.62 } else { 0.48 };
                 if surface.is_some() {
                     lamp::cluster(builder, &end, side, inner, [from, to], indicator);
-                    builder.material(Material::LampFog);
-                    end.disc(builder, side, [0.66, low + tall * 0.13], 0.036, OUT_M);
+                    fog_lamp(builder, &end, side, [0.74, low + tall * 0.12]);
                     continue;
                 }
                 builder.material(Material::LampHigh);
@@ -171,47 +170,45 @@ pub(super) fn front(
                 let radius = (tall * 0.20).clamp(0.08, 0.115);
                 let axis = Vec3::X * end.forward();
                 let lenses = [Material::LampWhite, Material::LampHigh];
-                lamp::bowl(builder, end.spot(side, [0.70, middle]), axis, radius * 1.1, lenses);
+                let at = seat(&end, side, [0.70, middle], radius);
+                lamp::bowl(builder, at, axis, radius * 1.1, lenses);
                 builder.material(indicator);
                 end.disc(builder, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
             }
             Lamps::Twin => {
                 let radius = (tall * 0.17).clamp(0.06, 0.09);
                 for (u, lens) in [(0.82, Material::LampWhite), (0.60, Material::LampHigh)] {
-                    let at = end.spot(side, [u, middle]);
+                    let at = seat(&end, side, [u, middle], radius);
                     lamp::bowl(builder, at, Vec3::X * end.forward(), radius, [lens; 2]);
                 }
                 builder.material(indicator);
                 end.wrap(builder, side, [0.64, 0.84], [low + tall * 0.18, low + tall * 0.28]);
             }
         }
-        builder.material(Material::LampFog);
-        end.disc(builder, side, [0.70, low + tall * 0.13], 0.045, OUT_M);
+        fog_lamp(builder, &end, side, [0.76, low + tall * 0.12]);
     }
+    let paint = Material::CarPaint;
     let span = |builder: &mut MeshBuilder, half_width: f32, z: [f32; 2]| {
         end.plate(builder, half_width, z, 0.004)
     };
     match grille {
         Grille::Bare if surface.is_some() => {
-            builder.material(Material::Plastic);
-            span(builder, half * 0.50, [low + 0.01, low + tall * 0.16]);
+            end.opening(builder, [half * 0.54, half * 0.60], [low, low + tall * 0.20], paint);
         }
         Grille::Bare => {}
         Grille::Wide => {
-            builder.material(Material::Plastic);
-            span(builder, half * 0.40, [from + tall * 0.02, to - 0.02]);
-            span(builder, half * 0.62, [low, low + tall * 0.26]);
-            bars(builder, &end, half * 0.38, [from + tall * 0.03, to - 0.03]);
-            bars(builder, &end, half * 0.58, [low + 0.02, low + tall * 0.24]);
+            let upper = [from + tall * 0.04, to - 0.02];
+            end.opening(builder, [half * 0.42, half * 0.37], upper, paint);
+            bars(builder, &end, half * 0.36, [upper[0] + 0.01, upper[1] - 0.01]);
+            let lower = [low, low + tall * 0.28];
+            end.opening(builder, [half * 0.52, half * 0.60], lower, paint);
+            bars(builder, &end, half * 0.50, [lower[0] + 0.02, lower[1] - 0.02]);
         }
         Grille::Frame => {
-            builder.material(Material::Metal);
-            span(builder, half * 0.36, [low + tall * 0.18, top - 0.02]);
-            builder.material(Material::Plastic);
-            end.plate(builder, half * 0.33, [low + tall * 0.22, top - 0.05], 0.007);
-            bars(builder, &end, half * 0.32, [low + tall * 0.24, top - 0.06]);
-            builder.material(Material::Plastic);
-            span(builder, half * 0.66, [low - 0.02, low + tall * 0.16]);
+            let upper = [low + tall * 0.42, top - 0.03];
+            end.opening(builder, [half * 0.38, half * 0.31], upper, Material::Metal);
+            bars(builder, &end, half * 0.29, [upper[0] + 0.02, upper[1] - 0.015]);
+            end.opening(builder, [half * 0.54, half * 0.62], [low, low + tall * 0.22], paint);
         }
         Grille::Kidneys => {
             for y in [half * 0.14, -half * 0.14] {
@@ -226,8 +223,7 @@ pub(super) fn front(
                     );
                 }
             }
-            builder.material(Material::Plastic);
-            span(builder, half * 0.60, [low, low + tall * 0.24]);
+            end.opening(builder, [half * 0.54, half * 0.60], [low, low + tall * 0.24], paint);
         }
         Grille::Slots => {
             builder.material(Material::Plastic);
@@ -275,13 +271,39 @@ pub(super) fn front(
             }
         }
     }
-    number_plate(builder, &end, low + tall * 0.10);
+    number_plate(builder, &end, low + tall * 0.17);
+}
+
+/// The place of a round lamp that faces ahead: at the foremost of its middle and its upper and lower edge, so that the
+/// edge of the bonnet does not cover it.
+fn seat(end: &End, side: f32, [u, z]: [f32; 2], radius: f32) -> Vec3 {
+    let at = [0.0, radius, -radius].map(|dz| end.spot(side, [u, z + dz]));
+    let ahead = at.map(|at| at.x * end.forward()).into_iter().fold(f32::MIN, f32::max);
+    at[0].with_x(ahead * end.forward())
+}
+
+/// Adds a fog lamp in a dark recess, at a fraction of the half width on one side and at a height.
+fn fog_lamp(builder: &mut MeshBuilder, end: &End, side: f32, [u, z]: [f32; 2]) {
+    let Some((at, normal)) = end.ahead(u * end.measure.body_m * 0.5 * side, z) else {
+        builder.material(Material::LampFog);
+        return end.disc(builder, side, [u, z], 0.036, OUT_M);
+    };
+    // Both discs follow the body, which is round here.
+    for (material, radius, out) in
+        [(Material::Plastic, 0.062, OUT_M * 0.5), (Material::LampFog, 0.036, OUT_M)]
+    {
+        builder.material(material);
+        if material == Material::Plastic {
+            builder.tinted(material, [12, 12, 13]);
+        }
+        builder.cone(at - normal * 0.05, at + normal * out, [radius, radius * 0.92], 14);
+    }
 }
 
 /// Adds the bars of a grille, across an opening.
 fn bars(builder: &mut MeshBuilder, end: &End, half: f32, z: [f32; 2]) {
-    builder.tinted(Material::Metal, [96, 98, 102]);
-    let count = ((z[1] - z[0]) / 0.038).floor().clamp(1.0, 8.0) as u32;
+    builder.tinted(Material::Plastic, [40, 41, 44]);
+    let count = ((z[1] - z[0]) / 0.032).floor().clamp(1.0, 8.0) as u32;
     for bar in 0..count {
         let middle = z[0] + (z[1] - z[0]) * (bar as f32 + 0.5) / count as f32;
         let along = |step: u32| end.ahead(half * (step as f32 / 2.0 - 1.0), middle);
@@ -314,14 +336,14 @@ fn rear(
     // Lamps of a van do not follow its roof.
     let top = if shape.has_tall_tail() { shape.belt(0.990) + 0.06 } else { shape.top(0.990) };
     let top = top * height - sink;
-    let low = shape.clearance_m + 0.06;
+    let low = end.low();
     let tall = (top - low).min(0.75);
     let upright = *tail == Tail::Upright;
     for (side, indicator) in [(1.0, Material::IndicatorLeft), (-1.0, Material::IndicatorRight)] {
         match tail {
             Tail::Corner => {
                 let (from, to) = (top - tall * 0.34, top - 0.02);
-                let cut = from + (to - from) * 0.38;
+                let cut = from + (to - from) * 0.30;
                 lamp::ribs(builder, &end, side, [0.52, 0.965], [cut, to], Material::LampRed);
                 lamp::ribs(builder, &end, side, [0.70, 0.965], [from, cut], indicator);
                 lamp::ribs(builder, &end, side, [0.52, 0.69], [from, cut], Material::LampReverse);
@@ -359,18 +381,21 @@ fn rear(
         builder.tinted(Material::LampFog, [120, 20, 18]);
         end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
     }
-    builder.material(Material::Plastic);
-    let lip = if surface.is_some() { 0.03 } else { -0.02 };
-    end.plate(builder, half * 0.66, [low + lip, low + tall * 0.20], 0.004);
+    let valance = [low + if surface.is_some() { 0.0 } else { -0.02 }, low + tall * 0.20];
+    end.opening(builder, [half * 0.60, half * 0.68], valance, Material::CarPaint);
     let z = low + tall * if upright { 0.24 } else { 0.34 };
     number_plate(builder, &end, z);
     if shape.is_angular || upright {
         return;
     }
-    builder.material(Material::Metal);
-    let x = measure.nose_m - measure.size_m.x;
-    for y in [half * 0.52, -half * 0.52] {
-        builder.rod(vec3(x + 0.02, y, low - 0.01), vec3(x + 0.16, y, low - 0.01), 0.032, 8);
+    // Tail pipes end in the dark panel between the bumper and the ground.
+    for side in [1.0, -1.0] {
+        let at = end.spot(side, [0.46, low + tall * 0.08]);
+        let out = Vec3::X * end.forward();
+        builder.material(Material::Metal);
+        builder.rod(at - out * 0.12, at + out * 0.010, 0.034, 10);
+        builder.tinted(Material::Rubber, [6, 6, 6]);
+        builder.rod(at, at + out * 0.012, 0.027, 10);
     }
 }
 
@@ -425,13 +450,17 @@ fn extra(
             builder.material(Material::CarPaint);
             let pane = shape.top.iter().rev().find(|point| point.2 == Skin::Pane);
             if let (Some(pane), Some(skin)) = (pane, surface) {
-                // A lip at the end of the roof.
+                // A lip at the end of the roof that continues the roof and follows its curve.
                 let x = measure.at(pane.0) + 0.06;
-                let Some((at, _)) = skin.cast(vec3(x, half * 0.45, 0.3), Vec3::Z) else { return };
-                builder.block(
-                    vec3(x - 0.20, -half * 0.52, at.z - 0.03),
-                    vec3(x, half * 0.52, at.z + 0.004),
-                );
+                let ring = |step: i32| -> Option<Vec<Vec3>> {
+                    let t = step as f32 / 4.0 - 1.0;
+                    let (at, _) = skin.cast(vec3(x, half * 0.56 * t, 0.3), Vec3::Z)?;
+                    let long = 0.19 * (1.0 - 0.35 * t.powi(4));
+                    let section = [(0.0, 0.004), (-long, -0.004), (-long, -0.018), (0.0, -0.045)];
+                    Some(section.map(|(dx, dz)| at + vec3(dx, 0.0, dz)).to_vec())
+                };
+                let Some(rings) = (0..=8).map(ring).collect::<Option<Vec<_>>>() else { return };
+                builder.solid(|builder| builder.loft(&rings, |_, _| None));
                 return;
             }
             let fraction = 0.955;

@@ -38,7 +38,8 @@ pub(super) fn build(
     };
     let joints = grow(&envelope, random);
     wood(builder, shape, &joints, is_near);
-    let crown = Crown { center, radii, shape, leaf_m };
+    let lobes = lobes(random);
+    let crown = Crown { center, radii, shape, leaf_m, lobes };
     let count = if is_near { shape.leaves } else { (shape.leaves as f32 / (SPRAY * SPRAY)) as u32 };
     let ends: Vec<Vec3> = joints
         .iter()
@@ -47,21 +48,23 @@ pub(super) fn build(
         .collect();
     builder.material(Material::Leaves);
     let cluster = if is_near { CLUSTER } else { 1 };
-    let mut twig = Vec3::ZERO;
+    let (mut twig, mut shade) = (Vec3::ZERO, Shade { bright: 1.0, warm: 0.0 });
     for leaf in 0..count as usize {
         if leaf % cluster == 0 {
             let near = ends[leaf / cluster % ends.len()];
             twig = near + unit(random) * random.between(0.1, 1.45) * envelope.step_m;
+            shade = Shade::of_twig(random);
         }
         // Leaves surround their twig, and leave gaps to those of the next.
         let out = if is_near { leaf_m * random.between(0.3, 1.3) } else { 0.0 };
-        crown.leaf(builder, twig + unit(random) * out, 1.0, random);
+        crown.leaf(builder, twig + unit(random) * out, 1.0, shade, random);
     }
     // Large leaves in the shade close the middle of the crown.
     for _ in 0..count / INNER {
         let end = ends[random.below(ends.len())];
         let at = center + (end - center) * random.between(0.2, 0.8);
-        crown.leaf(builder, at, if is_near { 2.9 } else { 2.4 }, random);
+        let shade = Shade::of_twig(random);
+        crown.leaf(builder, at, if is_near { 2.9 } else { 2.4 }, shade, random);
     }
 }
 
@@ -131,22 +134,66 @@ pub(super) fn tube(builder: &mut MeshBuilder, ends: [Vec3; 2], radii: [f32; 2], 
     }
 }
 
+/// The directions of the lobes of a crown, each the leaves of one large branch.
+const LOBES: usize = 13;
+/// How far the surface of a crown lies between its lobes, as a fraction of its radii.
+const VALLEY: f32 = 0.70;
+/// The cosine of the angle from the middle of a lobe to its edge.
+const LOBE_EDGE: f32 = 0.86;
+
+/// Returns directions that are spread over the sphere and differ between plants: a Fibonacci lattice, each point
+/// displaced.
+fn lobes(random: &mut RandomStream) -> [Vec3; LOBES] {
+    let turn = random.between(0.0, std::f32::consts::TAU);
+    std::array::from_fn(|lobe| {
+        let z = 1.0 - 2.0 * (lobe as f32 + 0.5) / LOBES as f32;
+        // The golden angle.
+        let around = glam::Vec2::from_angle(turn + lobe as f32 * 2.399_963_2);
+        let even = (around * (1.0 - z * z).sqrt()).extend(z);
+        (even + unit(random) * 0.25).normalize_or(even)
+    })
+}
+
+/// The light and the hue of the leaves of one twig.
+#[derive(Clone, Copy)]
+struct Shade {
+    bright: f32,
+    warm: f32,
+}
+
+impl Shade {
+    fn of_twig(random: &mut RandomStream) -> Shade {
+        Shade { bright: random.between(0.84, 1.14), warm: random.between(-0.10, 0.16) }
+    }
+}
+
 /// The crown that leaves belong to.
 struct Crown<'a> {
     center: Vec3,
     radii: Vec3,
     shape: &'a Shape,
     leaf_m: f32,
+    lobes: [Vec3; LOBES],
 }
 
 impl Crown<'_> {
     /// Adds a leaf about a point, `large` times the usual size: widest near its foot, folded along its middle, with a
     /// tip that hangs. Leaves mostly face out of the crown and upwards.
-    fn leaf(&self, builder: &mut MeshBuilder, at: Vec3, large: f32, random: &mut RandomStream) {
+    fn leaf(
+        &self,
+        builder: &mut MeshBuilder,
+        at: Vec3,
+        large: f32,
+        shade: Shade,
+        random: &mut RandomStream,
+    ) {
         let offset = (at - self.center) / self.radii;
-        // A point outside of the crown moves to its surface.
         let far = offset.length().max(1e-3);
-        let at = if far > 1.0 { self.center + offset / far * self.radii } else { at };
+        let surface = self.surface(offset / far);
+        // A point outside of the crown moves to its surface.
+        let at = if far > surface { self.center + offset / far * surface * self.radii } else { at };
+        // A valley between lobes sees little of the sky.
+        let far = far.min(surface) * (0.70 + 0.30 * surface);
         let out = (offset / self.radii).normalize_or(Vec3::Z);
         let normal = (out * 0.7 + Vec3::Z * 0.45 + unit(random) * 1.1).normalize_or(Vec3::Z);
         let along = (unit(random) - Vec3::Z * 0.5).reject_from_normalized(normal);
@@ -156,7 +203,7 @@ impl Crown<'_> {
         let size = self.leaf_m * (0.62 + 0.75 * young * young) * large;
         let slim = random.between(0.24, 0.36);
         let (long, wide) = (along * size * 0.5, normal.cross(along) * size * slim);
-        builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, random));
+        builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, shade, random));
         let fold = normal * size * 0.08 - long * 0.32;
         let tip = at + long - Vec3::Z * size * 0.1;
         let [a, b, c, d] =
@@ -165,13 +212,53 @@ impl Crown<'_> {
         builder.triangle([a, d, c]);
     }
 
+    /// The distance of the surface from the middle in a direction, as a fraction of the radii.
+    fn surface(&self, direction: Vec3) -> f32 {
+        let near = self.lobes.iter().map(|lobe| lobe.dot(direction)).fold(-1.0, f32::max);
+        let inside = ((near - LOBE_EDGE) / (1.0 - LOBE_EDGE)).clamp(0.0, 1.0);
+        // A lobe is round: steep at its edge, flat in its middle.
+        VALLEY + (1.0 - VALLEY) * (inside * (2.0 - inside)).sqrt()
+    }
+
     /// The colour of a leaf: darker deep in the crown and at its foot, where less of the sky is seen,
     /// and some leaves are paler or yellower.
-    fn green(&self, far: f32, up: f32, random: &mut RandomStream) -> [u8; 3] {
+    fn green(&self, far: f32, up: f32, shade: Shade, random: &mut RandomStream) -> [u8; 3] {
         let open = 0.40 + 0.60 * far * far * (0.82 + 0.18 * up.clamp(-1.0, 1.0));
-        let bright = open * random.between(0.74, 1.2);
-        let warm = random.between(-0.10, 0.20);
+        let bright = open * shade.bright * random.between(0.86, 1.12);
+        let warm = shade.warm + random.between(-0.06, 0.08);
         let [r, g, b] = self.shape.green.map(f32::from);
         [r * (1.0 + warm), g, b * (1.0 - warm)].map(|c| (c * bright).clamp(8.0, 255.0) as u8)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plants::species::SHAPES;
+
+    #[test]
+    fn crowns_have_lobes_and_valleys_that_differ_between_plants() {
+        let of = |seed: u64| {
+            let lobes = lobes(&mut RandomStream::from_state(seed));
+            let (center, radii) = SHAPES[0].crown();
+            let crown = Crown { center, radii, shape: &SHAPES[0], leaf_m: 0.2, lobes };
+            let mut random = RandomStream::from_state(9);
+            (0..2000).map(|_| crown.surface(unit(&mut random))).collect::<Vec<f32>>()
+        };
+        let one = of(1);
+        assert!(one.iter().all(|far| (VALLEY..=1.0).contains(far)));
+        let share = |deep: f32| one.iter().filter(|far| **far < deep).count() as f32 / 2000.0;
+        // Lobes cover most of a crown, and valleys are lines between them.
+        assert!((0.03..0.4).contains(&share(0.8)), "{}", share(0.8));
+        assert!(share(0.95) < 0.7, "{}", share(0.95));
+        assert!(one != of(2));
+    }
+
+    #[test]
+    fn leaves_of_a_twig_have_one_hue_and_twigs_differ() {
+        let mut random = RandomStream::from_state(4);
+        let warm: Vec<f32> = (0..50).map(|_| Shade::of_twig(&mut random).warm).collect();
+        let (low, high) = warm.iter().fold((1.0f32, -1.0f32), |(a, b), w| (a.min(*w), b.max(*w)));
+        assert!(high - low > 0.15, "{low} to {high}");
     }
 }
