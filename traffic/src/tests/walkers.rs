@@ -220,7 +220,7 @@ fn a_walker_at_the_end_of_a_crossing_claims_its_lanes_only_when_it_begins_to_cro
 
 #[test]
 fn walkers_step_out_of_the_swept_paths_of_buses_that_wait_for_them() {
-    let mut course = town(6, 40, 300);
+    let mut course = town(5, 40, 300);
     let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("it is in the catalogue");
     course.vehicle_blueprint = bus;
     course.snapshot();
