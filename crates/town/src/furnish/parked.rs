@@ -25,8 +25,9 @@ const CLEAR_ENDS_M: f64 = 6.0;
 const PLACE_M: f64 = 6.2;
 /// The width of one place in a row of bays. Metres.
 const BAY_M: f32 = 2.7;
-/// The number of models of a town's parked cars: each has a mesh without occupants of its own.
-const MODELS: usize = 18;
+/// The number of models of a town's parked cars: each has a mesh without occupants of its own. With more,
+/// the default map takes more than the 128 MiB of triangles that software Vulkan binds.
+const MODELS: usize = 14;
 /// The height of slabs and paint above the ground. Metres.
 const SLAB_M: f32 = 0.04;
 
