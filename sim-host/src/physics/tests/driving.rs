@@ -96,11 +96,12 @@ fn a_parked_car_neither_creeps_nor_jitters_on_a_ten_percent_slope() {
 fn vehicles_parked_on_a_slope_neither_drift_nor_jitter() {
     use Class::{Bicycle, Bus, Car, Motorcycle, Truck, Van};
     for class in [Car, Van, Truck, Bus, Motorcycle, Bicycle] {
-        for slope in [0.1, -0.1] {
+        for (slope, pedal) in [(0.1, 0.0), (-0.1, 0.0), (0.1, 0.7), (-0.1, 0.7)] {
             let mut lone = Lone::new(incline(slope), of_class(class));
-            lone.control.flags = flag::HANDBRAKE;
+            lone.control.flags = if pedal > 0.0 { 0 } else { flag::HANDBRAKE };
+            lone.control.brake = pedal;
             let (drift, fastest) = drift(&mut lone);
-            println!("{class:?} on {slope}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s");
+            println!("{class:?} on {slope}, pedal {pedal}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s");
             assert!(drift < 1e-3 && fastest < 5e-3, "{class:?}: {drift} m/s, {fastest} m/s");
         }
     }
