@@ -101,7 +101,9 @@ fn vehicles_parked_on_a_slope_neither_drift_nor_jitter() {
             lone.control.flags = if pedal > 0.0 { 0 } else { flag::HANDBRAKE };
             lone.control.brake = pedal;
             let (drift, fastest) = drift(&mut lone);
-            println!("{class:?} on {slope}, pedal {pedal}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s");
+            println!(
+                "{class:?} on {slope}, pedal {pedal}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s"
+            );
             assert!(drift < 1e-3 && fastest < 5e-3, "{class:?}: {drift} m/s, {fastest} m/s");
         }
     }
