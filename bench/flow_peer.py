@@ -185,7 +185,7 @@ def main(out: str) -> None:
         axis.plot(table[:, 0], table[:, 2], "s--", label="SUMO, its defaults")
         axis.axhspan(1800.0, 2400.0, alpha=0.15, color="gray", label="capacity in the field")
         axis.set(title=f"{lanes} x {limit_kmh} km/h", xlabel="vehicles per km and lane")
-        axis.set_ylim(bottom=0.0)
+        axis.set_ylim(0.0, 3000.0)
         axis.legend(loc="lower right")
     axes[0].set_ylabel("vehicles per hour and lane")
     figure.tight_layout()

@@ -16,6 +16,10 @@ const SLOW_DOWN_MPS2: f32 = 3.0;
 pub(crate) const SLOW_DOWN_PER_S: f32 = 1.5;
 /// Exponent of the free acceleration (IDM parameter δ).
 const FREE_EXPONENT: i32 = 4;
+/// Weight of the second vehicle ahead beside the first: 1/4 to 1.
+const SECOND_WEIGHT: f32 = 0.2;
+/// Speed from which the second vehicle ahead has its full weight.
+const ANTICIPATION_MPS: f32 = 5.0;
 /// Maximum deceleration.
 pub(crate) const BRAKE_MAX_MPS2: f32 = 7.0;
 /// Distance from a stop line to the virtual standing leader behind it.
@@ -137,18 +141,33 @@ pub(crate) fn taper_m(tracks: &Tracks, lane: u32, half_width_m: f32) -> f32 {
     (0..TAPER_MAX_M).map(|back_m| back_m as f32).find(is_wide).unwrap_or(0.0)
 }
 
-/// Returns the acceleration that speed, leader, junction and stop line together allow.
+/// Returns the acceleration behind a leader and the vehicle before it, whose gap is the mean of both:
+/// the human driver model with anticipation over two vehicles, in which the n-th weighs 1/n²
+/// (Treiber, Kesting and Helbing 2006, equations 11 and 12).
+fn follow(speed: f32, [leader, second]: &[Leader; 2], gap_m: f32, driver: &Driver) -> f32 {
+    let behind = |leader: &Leader| idm(speed, leader.speed_mps, leader.gap_m, gap_m, driver);
+    let first = behind(leader);
+    if !second.gap_m.is_finite() {
+        return first;
+    }
+    // Vehicles that creep in a queue close up to their leader alone.
+    let weight = SECOND_WEIGHT * (speed / ANTICIPATION_MPS).min(1.0);
+    first + weight * (behind(second) - first)
+}
+
+/// Returns the acceleration that speed, leaders, junction and stop line together allow. `leaders` are
+/// the leader and that of the leader, as [`crate::reaction::perceive`] returns them.
 pub(crate) fn accelerate(
     speed: f32,
     desired: f32,
-    leader: &Leader,
+    leaders: &[Leader; 2],
     constraint: &JunctionConstraint,
     gap_m: f32,
     driver: &Driver,
 ) -> f32 {
     let mut accel = free_accel(speed, desired, driver);
-    if leader.gap_m.is_finite() {
-        accel = accel.min(idm(speed, leader.speed_mps, leader.gap_m, gap_m, driver));
+    if leaders[0].gap_m.is_finite() {
+        accel = accel.min(follow(speed, leaders, gap_m, driver));
     }
     if constraint.merge_leader_m.is_finite() {
         accel = accel.min(idm(
@@ -195,6 +214,25 @@ mod tests {
         assert!(idm(speed, speed, at_rest, GAP_M, &Driver::MEDIAN).abs() < 1e-4);
         assert!(idm(speed, speed, at_rest + 1.0, GAP_M, &Driver::MEDIAN) > 0.0);
         assert!(idm(speed, speed, at_rest - 1.0, GAP_M, &Driver::MEDIAN) < 0.0);
+    }
+
+    #[test]
+    fn the_vehicle_before_the_leader_counts_a_fifth_and_less_at_low_speed() {
+        let at = |gap_m: f32, speed_mps: f32| Leader { gap_m, speed_mps, ..Leader::NONE };
+        let behind =
+            |speed: f32, leaders: [Leader; 2]| follow(speed, &leaders, GAP_M, &Driver::MEDIAN);
+        let rest_m = GAP_M + 10.0 * Driver::MEDIAN.headway_s;
+        let leader = at(rest_m, 10.0);
+        assert!(behind(10.0, [leader, leader]).abs() < 1e-4, "a platoon at its equilibrium");
+        let alone = behind(10.0, [leader, Leader::NONE]);
+        assert_eq!(alone, idm(10.0, 10.0, rest_m, GAP_M, &Driver::MEDIAN));
+        let slower = at(rest_m, 8.0);
+        let of_slower = idm(10.0, 8.0, rest_m, GAP_M, &Driver::MEDIAN);
+        assert!((behind(10.0, [leader, slower]) - (0.8 * alone + 0.2 * of_slower)).abs() < 1e-4);
+        assert_eq!(
+            behind(0.0, [at(3.0, 0.0), at(9.0, 4.0)]),
+            behind(0.0, [at(3.0, 0.0), Leader::NONE])
+        );
     }
 
     #[test]

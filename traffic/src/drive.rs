@@ -91,7 +91,8 @@ pub(crate) fn control(
     let driver = &view.drivers[row];
     let leader_id = agents.id.get(leader.agent as usize).copied().unwrap_or(0);
     let noise = (view.seed, delta_s);
-    let seen = reaction::perceive(vehicle, leader, leader_id, speed, driver, noise);
+    let leaders = [leader, leader_of(&leader, view)];
+    let seen = reaction::perceive(vehicle, leaders, leader_id, speed, driver, noise);
     let mut accel =
         car_following::accelerate(speed.max(0.0), desired, &seen, &constraint, gap_m, driver);
     if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
@@ -141,6 +142,12 @@ pub(crate) fn control(
     );
     vehicle.accel_integral = accel_integral;
     pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
+}
+
+/// Returns the leader of a leader: that of the row if this planner drives it.
+fn leader_of(leader: &Leader, view: &View) -> Leader {
+    let row = view.agents.row.get(leader.agent as usize);
+    row.and_then(|&row| view.leaders.get(row as usize)).copied().unwrap_or(Leader::NONE)
 }
 
 /// During a lane change, the leader on the lane that is left counts too, unless the vehicle

@@ -87,8 +87,8 @@ impl Ranges {
         headway_s: Range(1.15, 0.2, 0.8, 2.2),
         accel_mps2: Range(1.85, 0.15, 1.27, 2.53),
         comfort_brake_mps2: Range(2.0, 0.15, 1.5, 2.8),
-        reaction_s: Range(0.6, 0.25, 0.3, 1.1),
-        start_s: Range(0.8, 0.25, 0.4, 1.6),
+        reaction_s: Range(0.9, 0.25, 0.45, 1.5),
+        start_s: Range(0.75, 0.25, 0.4, 1.5),
         courtesy: Range(0.3, 0.15, 0.0, 0.8),
         top_mps: UNBOUNDED,
     };

@@ -4,9 +4,11 @@
 //! extrapolates the gap over the reaction time, which compensates the delay of the gap, but not that
 //! of the leader's acceleration; here the leader's speed is perceived through a low-pass filter with
 //! the reaction time. The gap is estimated with a relative error that varies slowly (a Wiener
-//! process with a correlation time of 20 s). A leader that would require more than comfortable
-//! braking is perceived at once and exactly: its brake lights and the closing distance are
-//! unmistakable.
+//! process with a correlation time of 20 s). The model's anticipation over several vehicles is that
+//! over two here: drivers see the brake lights of the vehicle before their leader, which keeps waves
+//! from growing as fast as the reaction time alone would let them. A leader that would require more
+//! than comfortable braking, or brakes more than comfortably itself, is perceived at once and exactly,
+//! and alone: its brake lights and the closing distance are unmistakable.
 
 use crate::{
     drivers::Driver,
@@ -30,16 +32,17 @@ const QUEUE_M: f32 = 8.0;
 /// A vehicle does not close up behind a standing leader by less than this.
 const CREEP_M: f32 = 0.25;
 
-/// Returns the leader of a located row as its driver perceives it. `id` is the leader's actor id;
-/// `speed` is that of the vehicle.
+/// Returns the leader of a located row and the leader of that leader, `second`, as the driver
+/// perceives them. `id` is the leader's actor id; `speed` is that of the vehicle. The gap of the
+/// second is the mean of its own and the leader's.
 pub(crate) fn perceive(
     vehicle: &mut Vehicle,
-    leader: Leader,
+    [leader, second]: [Leader; 2],
     id: u32,
     speed: f32,
     driver: &Driver,
     (seed, delta_s): (u64, f32),
-) -> Leader {
+) -> [Leader; 2] {
     if driver.gap_error > 0.0 {
         let nth = u64::from(vehicle.error_draws);
         vehicle.error_draws = vehicle.error_draws.wrapping_add(1);
@@ -50,11 +53,14 @@ pub(crate) fn perceive(
     }
     if !leader.gap_m.is_finite() {
         vehicle.seen_leader = 0;
-        return leader;
+        return [leader, Leader::NONE];
     }
     let closing = (speed - leader.speed_mps).max(0.0);
     let needed_mps2 = closing * closing / (2.0 * (leader.gap_m - 1.0).max(0.1));
-    let is_alert = needed_mps2 > ALERT * driver.comfort_brake_mps2;
+    // What the filter lags behind is the leader's deceleration times the reaction time.
+    let brakes_hard = vehicle.seen_leader == id
+        && vehicle.seen_mps - leader.speed_mps > driver.comfort_brake_mps2 * driver.reaction_s;
+    let is_alert = brakes_hard || needed_mps2 > ALERT * driver.comfort_brake_mps2;
     if vehicle.seen_leader != id || is_alert {
         vehicle.seen_leader = id;
         vehicle.seen_mps = leader.speed_mps;
@@ -62,11 +68,13 @@ pub(crate) fn perceive(
     let part = (delta_s / driver.reaction_s).min(1.0);
     vehicle.seen_mps += part * (leader.speed_mps - vehicle.seen_mps);
     if is_alert {
-        return leader;
+        return [leader, Leader::NONE];
     }
     let share = (speed.abs() / ERROR_MPS).min(1.0);
     let error = driver.gap_error * vehicle.gap_error.clamp(-2.0, 2.0) * share;
-    Leader { gap_m: leader.gap_m * (1.0 + error), speed_mps: vehicle.seen_mps, ..leader }
+    let gap_m = leader.gap_m * (1.0 + error);
+    let mean_m = 0.5 * (gap_m + second.gap_m);
+    [Leader { gap_m, speed_mps: vehicle.seen_mps, ..leader }, Leader { gap_m: mean_m, ..second }]
 }
 
 /// Returns the target acceleration of a vehicle: while it stands, not before the driver has had the
@@ -106,7 +114,7 @@ mod tests {
     use super::*;
 
     fn seen(vehicle: &mut Vehicle, leader: Leader, driver: &Driver) -> Leader {
-        perceive(vehicle, leader, 7, 10.0, driver, (1, 0.05))
+        perceive(vehicle, [leader, Leader::NONE], 7, 10.0, driver, (1, 0.05))[0]
     }
 
     #[test]
@@ -121,6 +129,27 @@ mod tests {
         let after_a_second = seen(&mut vehicle, leader(8.0, 20.0), &driver).speed_mps;
         assert!((8.6..8.8).contains(&after_a_second), "{after_a_second}");
         assert_eq!(seen(&mut vehicle, leader(1.0, 10.0), &driver), leader(1.0, 10.0));
+        let mut vehicle = Vehicle::new(1);
+        seen(&mut vehicle, leader(10.0, 60.0), &driver);
+        assert_eq!(
+            seen(&mut vehicle, leader(7.0, 60.0), &driver),
+            leader(7.0, 60.0),
+            "it brakes hard"
+        );
+    }
+
+    #[test]
+    fn the_second_leader_has_the_mean_gap_unless_the_first_is_dangerous() {
+        let leader = |speed_mps: f32, gap_m: f32| Leader { gap_m, speed_mps, ..Leader::NONE };
+        let both = |first: Leader, second: Leader| {
+            let mut vehicle = Vehicle::new(1);
+            perceive(&mut vehicle, [first, second], 7, 10.0, &Driver::MEDIAN, (1, 0.05))
+        };
+        let [first, second] = [leader(10.0, 20.0), leader(8.0, 12.0)];
+        assert_eq!(both(first, second), [first, leader(8.0, 16.0)]);
+        assert_eq!(both(leader(1.0, 10.0), second), [leader(1.0, 10.0), Leader::NONE]);
+        assert_eq!(both(first, Leader::NONE)[1].gap_m, f32::INFINITY);
+        assert_eq!(both(Leader::NONE, second), [Leader::NONE; 2]);
     }
 
     #[test]
