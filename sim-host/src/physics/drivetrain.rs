@@ -169,8 +169,9 @@ impl Drivetrain {
         let mut throttle = self.throttle;
         if rpm > engine.max_rpm {
             throttle = 0.0;
-        } else if rpm < engine.idle_rpm {
-            // The idle governor opens the throttle.
+        } else if engine.idle_rpm > 0.0 && rpm < engine.idle_rpm {
+            // The idle governor opens the throttle. Motors and riders have none: they stand with the
+            // wheels.
             throttle = throttle.max(((engine.idle_rpm - rpm) / engine.idle_rpm * 4.0).min(1.0));
         }
         let closed = 1.0 - throttle;

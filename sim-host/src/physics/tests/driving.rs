@@ -110,6 +110,33 @@ fn vehicles_parked_on_a_slope_neither_drift_nor_jitter() {
 }
 
 #[test]
+fn vehicles_that_brake_to_a_stop_on_a_slope_stand() {
+    let ids =
+        ["gazelle.omafiets", "diamondback.century", "bh.crossbike", "tesla.model3", "vespa.zx125"];
+    for id in ids {
+        let (_, blueprint) = town::blueprint(&format!("vehicle.{id}")).unwrap();
+        for slope in [-0.1, -0.08, 0.0, 0.1] {
+            let mut lone = Lone::new(incline(slope), VehicleModel::of(blueprint));
+            lone.control.brake = 0.7;
+            lone.run(1.0);
+            let downhill = Vec3::new(1.0, 0.0, slope);
+            lone.physics.set_velocity(ActorId(1), 3.0 * downhill, Vec3::ZERO).unwrap();
+            let (drift, fastest) = drift(&mut lone);
+            println!("{id} on {slope}: drift {drift:.1e} m/s, fastest {fastest:.1e} m/s");
+            assert!(drift < 1e-3 && fastest < 5e-3, "{id}: {drift} m/s, {fastest} m/s");
+        }
+    }
+}
+
+#[test]
+fn without_brakes_an_electric_car_rolls_back_down_the_slope() {
+    let (_, blueprint) = town::blueprint("vehicle.tesla.model3").unwrap();
+    let mut lone = Lone::new(incline(0.1), VehicleModel::of(blueprint));
+    lone.run(3.0);
+    assert!(lone.position().x < -2.0, "{}", lone.position());
+}
+
+#[test]
 fn without_brakes_a_car_rolls_down_the_slope() {
     let mut lone = Lone::new(incline(0.1), VehicleModel::sedan());
     lone.control.manual_gear = 1;
