@@ -24,6 +24,7 @@ mod scene;
 mod signals;
 mod street;
 mod structures;
+mod swept_path;
 mod terrain;
 mod window;
 mod works;
@@ -57,6 +58,7 @@ pub fn furnish_with(network: &Network, seed: u64, detail: Detail) -> Town {
     let outlines = std::mem::take(&mut plan.outlines);
     let density = std::mem::take(&mut plan.density);
 
+    swept_path::keep_clear(&mut plan);
     // Earlier steps have priority: signals stand where the map says.
     signals::furnish(&mut plan, &mut scene);
     let gardens = lots::build(&mut plan, &mut scene, &outlines, &density);

@@ -39,7 +39,7 @@ pub(super) fn plant(
     let index = model_index(species, form, variant);
     let model = &models()[index as usize];
     let trunk = (model.shape.trunk_radius_m * scale).max(0.3);
-    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    let taken = ground::BESIDE;
     // Crowns may extend over sidewalks above head height, and pruned crowns over roads, but not
     // into buildings.
     let crown = model.shape.crown_radius_m * scale;

@@ -105,7 +105,7 @@ fn lanes(plan: &mut Plan, scene: &mut Scene, fleet: &Fleet) {
                 };
                 let out = if across { Vec2::ZERO } else { out };
                 let spot = Spot { at: at.position.truncate().as_vec2(), yaw, half, out };
-                let taken = ground::FURNITURE | ground::BUILT | ground::CLEAR;
+                let taken = ground::BESIDE & !ground::CARRIAGEWAY;
                 spot.fill(plan, scene, fleet, taken, &mut random);
             }
             along_m += if across { f64::from(BAY_M) } else { PLACE_M };

@@ -17,11 +17,15 @@ pub(super) mod ground {
 
     /// Paved ground, on which objects may stand.
     pub(crate) const PAVED: u8 = 64;
+    /// Ground that buses sweep where they turn.
+    pub(crate) const SWEPT: u8 = 128;
 
     /// All parts of a road.
     pub(crate) const ROAD: u8 = CARRIAGEWAY | WALK | VERGE;
     /// Everything that blocks an object.
-    pub(crate) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR;
+    pub(crate) const ANY: u8 = ROAD | BUILT | FURNITURE | CLEAR | SWEPT;
+    /// Everything that blocks an object that may stand on sidewalks and verges.
+    pub(crate) const BESIDE: u8 = ANY & !(WALK | VERGE);
 }
 
 /// The plan of the town as small square cells. An object covers every cell that it touches, so a

@@ -43,10 +43,11 @@ fn pose_of(signal: &Signal) -> (Vec2, f32) {
     (signal.pose.position.truncate().as_vec2(), signal.pose.heading_rad as f32)
 }
 
-/// The nearest position for a pole: at the signal, or beside the road above which the signal hangs.
+/// The nearest position for a pole: at the signal, or beside the ground above which the signal hangs and
+/// which vehicles need.
 fn pole_place(plan: &Plan, at: Vec2) -> Option<Vec2> {
-    let free =
-        |point: Vec2| plan.raster.is_free(&square(point, 0.2), ground::CARRIAGEWAY | ground::BUILT);
+    let taken = ground::CARRIAGEWAY | ground::BUILT | ground::SWEPT;
+    let free = |point: Vec2| plan.raster.is_free(&square(point, 0.2), taken);
     if free(at) {
         return Some(at);
     }

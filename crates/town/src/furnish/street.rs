@@ -60,7 +60,7 @@ pub(super) fn furnish(
 fn lamp(plan: &mut Plan, scene: &mut Scene, station: &Station) -> bool {
     let behind = if station.walk_m > 1.2 { BEHIND_KERB_M - station.walk_m } else { 1.0 };
     let at = station.edge + station.out * behind;
-    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    let taken = ground::BESIDE;
     if !plan.raster.is_free(&square(at, 0.15), taken) {
         return false;
     }
@@ -115,6 +115,6 @@ fn prop(plan: &mut Plan, scene: &mut Scene, station: &Station, random: &mut Rand
     }
     // Along the building side of the sidewalk, facing the road.
     let at = station.edge - station.out * (deep + 0.15);
-    let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+    let taken = ground::BESIDE;
     place_prop(plan, scene, id, (at, (-station.out).to_angle()), taken);
 }

@@ -115,7 +115,7 @@ pub(super) fn diggings(
             let center = station.edge - station.out * (half.y + 0.35);
             let along = station.out.perp();
             let yaw_rad = along.to_angle();
-            let taken = ground::CARRIAGEWAY | ground::FURNITURE | ground::BUILT | ground::CLEAR;
+            let taken = ground::BESIDE;
             if !plan.raster.is_free(&rectangle(center, half + vec2(0.8, 0.1), yaw_rad), taken) {
                 continue;
             }
