@@ -46,6 +46,11 @@ pub(crate) struct Agents {
     pub(crate) driven: Vec<u32>,
     /// The walkers on autopilot.
     pub(crate) led: Vec<u32>,
+    /// The traffic lights of the snapshot: their indices in it.
+    pub(crate) lights: Vec<u32>,
+    /// All walkers, and all wide agents.
+    walkers: Vec<u32>,
+    wide: Vec<u32>,
     /// All walkers by place.
     pub(crate) foot_places: Neighbours,
     /// All agents by place.
@@ -65,7 +70,10 @@ impl Agents {
     /// Reads a snapshot. Rows are numbered in the order of the snapshot.
     pub(crate) fn read(&mut self, actors: &[ActorState], bodies: &Bodies) {
         self.clear();
-        for actor in actors {
+        for (index, actor) in actors.iter().enumerate() {
+            if actor.kind == kind::TRAFFIC_LIGHT {
+                self.lights.push(index as u32);
+            }
             let vehicle = actor.kind == kind::VEHICLE;
             // Vehicles drive over passable props.
             let is_prop = actor.kind == kind::PROP && !bodies.is_passable(actor.blueprint);
@@ -77,6 +85,10 @@ impl Agents {
             let forward = actor.pose.rotation() * Vec3::X;
             let flat = forward.truncate().try_normalize().unwrap_or(Vec2::X);
             let acceleration = Vec3::from_array(actor.acceleration_mps2);
+            let (agent, body) = (self.id.len() as u32, bodies.of(actor.blueprint));
+            if body.is_wide() {
+                self.wide.push(agent);
+            }
             self.id.push(actor.actor_id.0);
             self.position.push(actor.pose.position());
             self.forward.push(flat);
@@ -84,29 +96,26 @@ impl Agents {
             self.yaw_rate.push(actor.angular_velocity_radps[2]);
             self.acceleration.push(acceleration.dot(forward));
             self.pitch_sin.push(forward.z);
-            self.body.push(bodies.of(actor.blueprint));
+            self.body.push(body);
             self.walks.push(actor.kind == kind::WALKER);
             self.is_prop.push(is_prop);
             self.flags.push(actor.flags);
             self.row.push(if ours { self.driven.len() as u32 } else { NONE });
             if ours {
-                self.driven.push(self.row.len() as u32 - 1);
+                self.driven.push(agent);
             }
             const NOT_LED: u32 = flag::KINEMATIC | flag::FALLEN;
-            if actor.kind == kind::WALKER
-                && actor.has(flag::AUTOPILOT)
-                && actor.flags & NOT_LED == 0
-            {
-                self.led.push(self.row.len() as u32 - 1);
+            if actor.kind == kind::WALKER {
+                self.walkers.push(agent);
+                if actor.has(flag::AUTOPILOT) && actor.flags & NOT_LED == 0 {
+                    self.led.push(agent);
+                }
             }
         }
-        let at = |agent: usize| (agent as u32, self.position[agent].truncate());
-        let all = 0..self.id.len();
-        let wide = all.clone().filter(|&agent| self.body[agent].is_wide());
-        self.wide_places.rebuild(wide.map(at));
-        let on_foot = all.clone().filter(|&agent| self.walks[agent]);
-        self.foot_places.rebuild(on_foot.map(at));
-        self.places.rebuild(all.map(at));
+        let at = |agent: u32| (agent, self.position[agent as usize].truncate());
+        self.wide_places.rebuild(self.wide.iter().copied().map(at));
+        self.foot_places.rebuild(self.walkers.iter().copied().map(at));
+        self.places.rebuild((0..self.id.len() as u32).map(at));
         let reach_m = |body: &Body| body.front_m.max(body.rear_m).hypot(body.half_width_m);
         self.reach_max_m = self.body.iter().map(reach_m).fold(0.0, f32::max);
     }
@@ -126,6 +135,9 @@ impl Agents {
         self.row.clear();
         self.driven.clear();
         self.led.clear();
+        self.lights.clear();
+        self.walkers.clear();
+        self.wide.clear();
     }
 
     /// Returns the bits of everything that decides which stretches of tracks the agent occupies.

@@ -20,8 +20,11 @@ mod reservation;
 mod state;
 mod wait_graph;
 
-use self::reservation::expire;
 pub(crate) use self::state::{Junctions, View};
+use self::{
+    reservation::expire,
+    state::{Found, reserved_lanes},
+};
 use crate::{
     constraint::{JunctionConstraint, WaitReason},
     tracks::NONE,
@@ -48,18 +51,28 @@ impl Junctions {
         self.merges_behind.clear();
         self.merges_behind.resize(count, NONE);
         self.measure(vehicles, view);
-        let mut requests = std::mem::take(&mut self.requests_by_row);
-        view.spread.update_into(vehicles, &mut requests, |row, vehicle| {
+        let mut found = std::mem::take(&mut self.found);
+        view.spread.update_list(vehicles, &mut found, |row, vehicle, found| {
             if vehicle.located == 0 {
-                return None;
+                return;
             }
             expire(vehicle, row, view);
             self.withdraw(vehicle, row, view);
-            self.request(vehicle, row, view)
+            if vehicle.reservation != 0 {
+                let exit = vehicle.route.lanes().get(reserved_lanes(vehicle));
+                found.push(Found::Holder(row, exit.copied().unwrap_or(NONE)));
+            }
+            found.extend(self.request(vehicle, row, view).map(Found::Request));
         });
         self.requests.clear();
-        self.requests.extend(requests.iter().flatten());
-        self.requests_by_row = requests;
+        self.holding.clear();
+        for &of_row in &found {
+            match of_row {
+                Found::Holder(row, exit) => self.holding.push((row, exit)),
+                Found::Request(request) => self.requests.push(request),
+            }
+        }
+        self.found = found;
         self.list_presences(vehicles, view);
         self.sort_requests(vehicles, view);
         self.list_starving(vehicles, view);

@@ -14,7 +14,7 @@ use crate::{
     occupancy::Occupancy,
     params::{GAP_M, Params},
     random::{Purpose, unit},
-    route,
+    route::{self, LaneLoad},
     spread::Spread,
     tracks::{NONE, Tracks},
     vehicle_table::{Route, Vehicle, VehicleTable},
@@ -55,7 +55,6 @@ const SLOWEST_MPS: f32 = 3.0;
 /// Inputs of this stage.
 pub(crate) struct View<'a> {
     pub(crate) map: &'a Map,
-    pub(crate) load: &'a route::LaneLoad,
     pub(crate) agents: &'a Agents,
     pub(crate) occupancy: &'a Occupancy,
     /// By row: the leader on the route.
@@ -83,14 +82,18 @@ pub(crate) fn plan(
     view: &View,
 ) {
     let mut motives = Vec::new();
-    view.spread.update_into(vehicles, &mut motives, |row, vehicle| {
+    view.spread.update_list(vehicles, &mut motives, |row, vehicle, motives| {
+        let motive = motive(vehicle, row, params, client_routes, view);
         // A claim of another vehicle can only forbid a change.
-        motive(vehicle, row, params, client_routes, view)
-            .filter(|motive| best(vehicle, row, *motive, view, &[]).is_some())
+        let possible = motive.filter(|motive| best(vehicle, row, *motive, view, &[]).is_some());
+        motives.extend(possible.map(|motive| (row, motive)));
     });
+    if motives.is_empty() {
+        return;
+    }
+    let load = LaneLoad::count(vehicles, &view.map.tracks);
     let mut claims: Vec<Claim> = Vec::new();
-    for (row, motive) in motives.into_iter().enumerate() {
-        let Some(motive) = motive else { continue };
+    for (row, motive) in motives {
         let vehicle = &mut vehicles[row];
         if let Some((lane, arc_m, left_m)) = best(vehicle, row, motive, view, &claims) {
             if matches!(motive, Motive::Commanded(_)) {
@@ -98,7 +101,7 @@ pub(crate) fn plan(
             }
             let body = view.agents.body[view.agents.driven[row] as usize];
             claims.push(Claim { lane, rear_m: arc_m - body.rear_m, front_m: arc_m + body.front_m });
-            begin(vehicle, row, client_routes, view, (lane, arc_m, left_m));
+            begin(vehicle, row, client_routes, &load, view, (lane, arc_m, left_m));
         }
     }
 }
@@ -409,6 +412,7 @@ fn begin(
     vehicle: &mut Vehicle,
     row: usize,
     client_routes: &mut ClientRoutes,
+    load: &LaneLoad,
     view: &View,
     (lane, arc_m, left_m): (u32, f32, f32),
 ) {
@@ -428,7 +432,7 @@ fn begin(
     };
     vehicle.change_cooldown_s = COOLDOWN_S;
     client_routes.update(vehicle, &view.map.tracks, &view.map.grid);
-    route::extend(vehicle, client_routes, &view.map.tracks, view.load, view.seed);
+    route::extend(vehicle, client_routes, &view.map.tracks, load, view.seed);
 }
 
 #[cfg(test)]

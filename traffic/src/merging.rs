@@ -7,6 +7,7 @@ use crate::{
     lane_change::clear_run,
     leader::Leader,
     occupancy::Occupancy,
+    spread::Spread,
     tracks::{NONE, Tracks},
     vehicle_table::{Vehicle, VehicleTable},
 };
@@ -34,17 +35,22 @@ pub(crate) fn make_room(
     agents: &Agents,
     occupancy: &Occupancy,
     leaders: &[Leader],
+    spread: Spread,
     constraints: &mut [JunctionConstraint],
 ) {
-    for row in 0..vehicles.len() {
+    let mut waiting = Vec::new();
+    spread.list(vehicles.len(), &mut waiting, |row, waiting| {
         let vehicle = &vehicles[row];
         if tracks.endless[vehicle.route.last() as usize] || vehicle.located == 0 {
-            continue;
+            return;
         }
         let agent = agents.driven[row] as usize;
-        let Some(side) = waits_beside(vehicle, agent, &leaders[row], tracks, agents) else {
-            continue;
-        };
+        if let Some(side) = waits_beside(vehicle, agent, &leaders[row], tracks, agents) {
+            waiting.push((row, side));
+        }
+    });
+    for (row, side) in waiting {
+        let (vehicle, agent) = (&vehicles[row], agents.driven[row] as usize);
         let place = agents.position[agent].truncate();
         let lane = vehicle.route.lane();
         let hint_m = vehicle.arc_m * tracks.length(side) / tracks.length(lane).max(0.1);

@@ -13,18 +13,22 @@ pub(crate) struct Neighbours {
     /// Begin of each bucket in the list; one more entry than buckets.
     first: Vec<u32>,
     list: Vec<u32>,
+    /// Of each agent that is listed, in the order of the agents.
+    hashes: Vec<u32>,
     bits: u32,
 }
 
 impl Neighbours {
     /// Lists these agents: index and position, in ascending order of the index.
     pub(crate) fn rebuild(&mut self, agents: impl Iterator<Item = (u32, Vec2)> + Clone) {
-        let count = agents.clone().count();
+        self.hashes.clear();
+        self.hashes.extend(agents.clone().map(|(_, place)| hash(cell(place))));
+        let count = self.hashes.len();
         self.bits = count.next_power_of_two().trailing_zeros().max(BUCKET_BITS_MIN);
         self.first.clear();
         self.first.resize((1 << self.bits) + 1, 0);
-        for (_, place) in agents.clone() {
-            self.first[bucket(cell(place), self.bits) + 1] += 1;
+        for &hash in &self.hashes {
+            self.first[bucket(hash, self.bits) + 1] += 1;
         }
         for index in 1..self.first.len() {
             self.first[index] += self.first[index - 1];
@@ -32,8 +36,8 @@ impl Neighbours {
         self.list.clear();
         self.list.resize(count, 0);
         // Afterwards each entry is the end of its bucket, which is where the next one begins.
-        for (agent, place) in agents {
-            let at = &mut self.first[bucket(cell(place), self.bits)];
+        for ((agent, _), &hash) in agents.zip(&self.hashes) {
+            let at = &mut self.first[bucket(hash, self.bits)];
             self.list[*at as usize] = agent;
             *at += 1;
         }
@@ -55,7 +59,7 @@ impl Neighbours {
             let mut found = Vec::new();
             for y in low[1]..=high[1] {
                 for x in low[0]..=high[0] {
-                    let bucket = bucket([x, y], self.bits);
+                    let bucket = bucket(hash([x, y]), self.bits);
                     let (begin, end) = (self.first[bucket], self.first[bucket + 1]);
                     found.extend_from_slice(&self.list[begin as usize..end as usize]);
                 }
@@ -73,9 +77,14 @@ fn cell(place: Vec2) -> [i32; 2] {
     (place / CELL_M).floor().to_array().map(|value| value as i32)
 }
 
-fn bucket([x, y]: [i32; 2], bits: u32) -> usize {
+fn hash([x, y]: [i32; 2]) -> u32 {
     let mixed = (x as u32).wrapping_mul(0x9e37_79b1) ^ (y as u32).wrapping_mul(0x85eb_ca77);
-    (mixed.wrapping_mul(0xc2b2_ae3d) >> (32 - bits)) as usize
+    mixed.wrapping_mul(0xc2b2_ae3d)
+}
+
+/// Returns the bucket of the cells with a hash.
+fn bucket(hash: u32, bits: u32) -> usize {
+    (hash >> (32 - bits)) as usize
 }
 
 #[cfg(test)]

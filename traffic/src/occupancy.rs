@@ -163,10 +163,9 @@ impl Occupancy {
             list[span.1 as usize] = *occupant;
             span.1 += 1;
         }
-        for &lane in &*used {
-            let (begin, end) = spans[lane as usize];
+        for of_lane in list.chunk_by_mut(|a, b| a.lane == b.lane) {
             // Equal ones are in the order of the agents, which no thread changes.
-            list[begin as usize..end as usize].sort_by_key(|o| (ordered(o.rear_m), o.agent));
+            of_lane.sort_by_key(|o| (ordered(o.rear_m), o.agent));
         }
     }
 

@@ -14,6 +14,7 @@ use crate::{
     params::Params,
     prop_extent::{self, Extent},
     route::ahead,
+    spread::Spread,
     steer::wide_offset_left,
     tracks::{NONE, Tracks},
     vehicle_table::{Vehicle, VehicleTable},
@@ -65,6 +66,7 @@ pub(crate) struct View<'a> {
     pub(crate) leaders: &'a [Leader],
     pub(crate) params: &'a Params,
     pub(crate) delta_s: f32,
+    pub(crate) spread: Spread,
 }
 
 /// Returns whether a vehicle keeps enough distance to its leader to pull out: a prop that it may
@@ -79,14 +81,16 @@ pub(crate) fn pull_out_m(body: &Body) -> f32 {
     (PULL_OUT_WHEELBASES * body.wheelbase_m).max(PULL_OUT_M)
 }
 
-/// Lists pairs of a vehicle and a prop that it passes and clears, as indices into the agents.
+/// Lists pairs of a vehicle of these rows and a prop that it passes and clears, as indices into the
+/// agents.
 pub(crate) fn passed_props(
     vehicles: &VehicleTable,
+    rows: impl Iterator<Item = usize>,
     tracks: &Tracks,
     agents: &Agents,
 ) -> Vec<(u32, u32)> {
     let mut passed = Vec::new();
-    for row in (0..vehicles.len()).filter(|&row| vehicles[row].passes_prop()) {
+    for row in rows.filter(|&row| vehicles[row].passes_prop()) {
         let rest_m =
             vehicles[row].pass_hold_m + vehicles[row].pass_over_m - vehicles[row].pass_done_m;
         let is_prop = |agent: usize| agents.is_standing_prop(agent as u32);
@@ -97,24 +101,20 @@ pub(crate) fn passed_props(
     passed
 }
 
-/// Begins to pass props, and counts the time of vehicles that wait behind one.
-pub(crate) fn plan(vehicles: &mut VehicleTable, view: &View) {
-    let rows = 0..vehicles.len();
-    let faces_prop = |row: usize| {
+/// Begins to pass props, and counts the time of vehicles that wait behind one. `facing` becomes the
+/// rows of vehicles that a prop is ahead of.
+pub(crate) fn plan(vehicles: &mut VehicleTable, view: &View, facing: &mut Vec<usize>) {
+    view.spread.update_list(vehicles, facing, |row, vehicle, facing| {
         let leader = &view.leaders[row];
-        leader.gap_m < REACH_M && view.agents.is_standing_prop(leader.agent)
-    };
-    for row in rows.clone() {
-        let speed = view.agents.speed(view.agents.driven[row] as usize);
-        let is_near = view.leaders[row].gap_m < WAITING_GAP_M && speed.abs() < STANDING_MPS;
-        let waits = vehicles[row].located == 1 && is_near && faces_prop(row);
-        vehicles[row].prop_wait_s =
-            if waits { vehicles[row].prop_wait_s + view.delta_s } else { 0.0 };
-    }
-    for row in rows {
-        if vehicles[row].located == 0 || !faces_prop(row) {
-            continue;
-        }
+        let faces_prop = vehicle.located == 1
+            && leader.gap_m < REACH_M
+            && view.agents.is_standing_prop(leader.agent);
+        let speed = || view.agents.speed(view.agents.driven[row] as usize);
+        let waits = faces_prop && leader.gap_m < WAITING_GAP_M && speed().abs() < STANDING_MPS;
+        vehicle.prop_wait_s = if waits { vehicle.prop_wait_s + view.delta_s } else { 0.0 };
+        facing.extend(faces_prop.then_some(row));
+    });
+    for &row in &*facing {
         if vehicles[row].passes_prop() && vehicles[row].prop_wait_s >= STANDSTILL_S {
             // Another prop stands in the way since the pass began.
             vehicles[row].end_pass();

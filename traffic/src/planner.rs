@@ -30,7 +30,7 @@ use bake::Cache;
 use glam::Vec3;
 use protocol::{
     ActorId, ActorState, JournalEntry, LightState, TrafficParts, VehicleControl, WalkerControl,
-    flag, kind, lamp,
+    flag, lamp,
 };
 
 /// Plans for every vehicle on autopilot and every traffic light, one frame at a time.
@@ -66,6 +66,8 @@ struct Scratch {
     /// By signal: the state that it shows.
     light_states: Vec<u32>,
     leaders: Vec<Leader>,
+    /// The rows of vehicles that a prop is ahead of.
+    facing_props: Vec<usize>,
     desired_speeds: Vec<f32>,
     speed_policies: Vec<SpeedPolicy>,
     offsets_left_m: Vec<f32>,
@@ -154,7 +156,7 @@ impl Planner {
 
     /// Plans on the snapshot of one frame, `spread` over threads.
     fn plan_frame(&mut self, delta_nanos: u64, actors: &[ActorState], spread: Spread) {
-        self.read(actors);
+        self.read(actors, spread);
         self.locate(spread);
         self.perceive(spread);
         self.show_lights(actors);
@@ -168,6 +170,7 @@ impl Planner {
             &self.map.tracks,
             &self.scratch.agents,
             &self.scratch.leaders,
+            &self.scratch.facing_props,
             seconds(delta_nanos),
             &mut self.prop_waits,
         );
@@ -177,7 +180,7 @@ impl Planner {
             leaders: &self.scratch.leaders,
             junctions: &self.scratch.junctions,
         };
-        self.stays.find(&view, seconds(delta_nanos), &mut self.standstills);
+        self.stays.find(&view, seconds(delta_nanos), spread, &mut self.standstills);
         self.plan_lights(actors, delta_nanos, spread);
     }
 
@@ -336,7 +339,7 @@ impl Planner {
     }
 
     /// Reads the agents of a snapshot, and the parameters of each vehicle.
-    fn read(&mut self, actors: &[ActorState]) {
+    fn read(&mut self, actors: &[ActorState], spread: Spread) {
         let draws = self.random_seed();
         let scratch = &mut self.scratch;
         scratch.agents.read(actors, &self.map.bodies);
@@ -349,21 +352,22 @@ impl Planner {
         let class = |row: usize| agents.body[agents.driven[row] as usize].class;
         scratch.drivers.update(&scratch.driven_ids, class, draws, params.driver_spread());
         let drivers = scratch.drivers.rows();
-        let param = |column: &mut Vec<f32>, of: &dyn Fn(u32) -> f32| {
-            column.clear();
-            column.extend(scratch.driven_ids.iter().map(|&id| of(id)));
+        let (ids, count) = (&scratch.driven_ids, scratch.driven_ids.len());
+        let policy = |row: usize| match (params.speed_mps(ids[row]), &drivers[row]) {
+            (Some(mps), _) => SpeedPolicy::Fixed(mps),
+            (None, _) if params.sets_speed(ids[row]) => {
+                SpeedPolicy::Reduced(params.speed_reduction(ids[row]))
+            }
+            (None, Driver { speed_factor: factor, top_mps, .. }) => {
+                SpeedPolicy::Own { factor: *factor, top_mps: *top_mps }
+            }
         };
-        scratch.speed_policies.clear();
-        let policy = |(&id, driver): (&u32, &Driver)| match params.speed_mps(id) {
-            Some(mps) => SpeedPolicy::Fixed(mps),
-            None if params.sets_speed(id) => SpeedPolicy::Reduced(params.speed_reduction(id)),
-            None => SpeedPolicy::Own { factor: driver.speed_factor, top_mps: driver.top_mps },
-        };
-        scratch.speed_policies.extend(scratch.driven_ids.iter().zip(drivers).map(policy));
-        param(&mut scratch.offsets_left_m, &|id| params.offset_left_m(id));
-        param(&mut scratch.ignore_signs, &|id| params.ignore_signs(id));
-        param(&mut scratch.gaps, &|id| params.gap_m(id));
-        param(&mut scratch.ignore_lights, &|id| params.ignore_lights(id));
+        spread.map_into(count, &mut scratch.speed_policies, policy);
+        let offset_left_m = |row: usize| params.offset_left_m(ids[row]);
+        spread.map_into(count, &mut scratch.offsets_left_m, offset_left_m);
+        spread.map_into(count, &mut scratch.ignore_signs, |row| params.ignore_signs(ids[row]));
+        spread.map_into(count, &mut scratch.ignore_lights, |row| params.ignore_lights(ids[row]));
+        spread.map_into(count, &mut scratch.gaps, |row| params.gap_m(ids[row]));
     }
 
     /// Locates every vehicle on its route.
@@ -394,6 +398,8 @@ impl Planner {
             }
         });
         let map = &self.map;
+        let aside = scratch.claims.iter().map(|&(agent, ..)| agents.row[agent as usize] as usize);
+        let passed = passing::passed_props(vehicles, aside, &map.tracks, agents);
         scratch.walkers.clear();
         if !scratch.agents.led.is_empty() {
             let ground = map.walker_ground();
@@ -402,7 +408,6 @@ impl Planner {
         }
         let agents = &scratch.agents;
         scratch.occupancy.apply_ignores(agents, &self.state.params, draws);
-        let passed = passing::passed_props(vehicles, &map.tracks, agents);
         scratch.occupancy.ignore(&passed);
         scratch.occupancy.rebuild(&map.tracks, &map.grid, agents, &scratch.claims, spread);
         let (occupancy, obstacles) = (&scratch.occupancy, &mut scratch.obstacles);
@@ -415,7 +420,7 @@ impl Planner {
         let (light_states, plan) = (&mut self.scratch.light_states, &self.map.signals);
         light_states.clear();
         light_states.extend((0..plan.count() as u32).map(|s| plan.shows(s, &self.state.clocks)));
-        for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
+        for actor in self.scratch.agents.lights.iter().map(|&index| &actors[index as usize]) {
             if let Some(light) = light_states.get_mut(actor.signal as usize) {
                 *light = actor.phase;
             }
@@ -469,23 +474,17 @@ impl Planner {
             *leader = leader.nearer(obstacle.leader);
         }
         let constraints = &mut scratch.junctions.constraints;
-        merging::make_room(vehicles, tracks, agents, occupancy, &scratch.leaders, constraints);
+        let leaders = &scratch.leaders;
+        merging::make_room(vehicles, tracks, agents, occupancy, leaders, spread, constraints);
     }
 
     /// Starts U-turns, passes of props and lane changes.
     fn change_lanes(&mut self, delta_nanos: u64, spread: Spread) {
-        let scratch = &self.scratch;
-        for row in 0..self.state.vehicles.len() {
-            if self.state.vehicles[row].located == 1 {
-                route::start_u_turn(
-                    &mut self.state.vehicles,
-                    row,
-                    &self.map.tracks,
-                    &scratch.agents,
-                    &scratch.occupancy,
-                );
-            }
-        }
+        let seed = self.random_seed();
+        let scratch = &mut self.scratch;
+        let tracks = &self.map.tracks;
+        let (agents, occupancy) = (&scratch.agents, &scratch.occupancy);
+        route::start_u_turns(&mut self.state.vehicles, tracks, agents, occupancy, spread);
         let view = passing::View {
             map: &self.map,
             agents: &scratch.agents,
@@ -493,18 +492,17 @@ impl Planner {
             leaders: &scratch.leaders,
             params: &self.state.params,
             delta_s: seconds(delta_nanos),
+            spread,
         };
-        passing::plan(&mut self.state.vehicles, &view);
-        let load = route::LaneLoad::count(&self.state.vehicles, &self.map.tracks);
+        passing::plan(&mut self.state.vehicles, &view, &mut scratch.facing_props);
         let view = lane_change::View {
             map: &self.map,
-            load: &load,
             agents: &scratch.agents,
             occupancy: &scratch.occupancy,
             leaders: &scratch.leaders,
             desired_speeds: &scratch.desired_speeds,
             drivers: scratch.drivers.rows(),
-            seed: self.random_seed(),
+            seed,
             delta_s: seconds(delta_nanos),
             spread,
         };
@@ -591,7 +589,7 @@ impl Planner {
         }
         self.map.signals.advance(&mut self.state.clocks, &scratch.demand, delta_nanos);
         self.lights.clear();
-        for actor in actors.iter().filter(|actor| actor.kind == kind::TRAFFIC_LIGHT) {
+        for actor in self.scratch.agents.lights.iter().map(|&index| &actors[index as usize]) {
             let phase = self.map.signals.shows(actor.signal, &self.state.clocks);
             self.lights.push(LightState { actor_id: actor.actor_id, phase });
         }

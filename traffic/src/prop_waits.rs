@@ -19,23 +19,25 @@ pub struct PropWait {
     pub has_lane_beside: bool,
 }
 
-/// Lists the vehicles that have stood behind a prop for [`STANDSTILL_S`] since this frame.
+/// Lists the vehicles that have stood behind a prop for [`STANDSTILL_S`] since this frame, of the rows
+/// that are `facing` one.
 pub(crate) fn find(
     vehicles: &VehicleTable,
     tracks: &Tracks,
     agents: &Agents,
     leaders: &[Leader],
+    facing: &[usize],
     delta_s: f32,
     found: &mut Vec<PropWait>,
 ) {
     found.clear();
-    for (row, leader) in leaders.iter().enumerate() {
+    for &row in facing {
         let waited_s = vehicles[row].prop_wait_s;
         if waited_s >= STANDSTILL_S && waited_s - delta_s < STANDSTILL_S {
             let lane = vehicles[row].route.lane() as usize;
             found.push(PropWait {
                 vehicle: vehicles[row].id,
-                prop: agents.id[leader.agent as usize],
+                prop: agents.id[leaders[row].agent as usize],
                 has_lane_beside: tracks.left[lane] != NONE || tracks.right[lane] != NONE,
             });
         }

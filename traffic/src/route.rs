@@ -151,15 +151,33 @@ pub(crate) const U_TURN_ROOM_M: f32 = 9.0;
 /// Radius in which a U-turn requires that no vehicle is ahead and none makes a U-turn.
 const U_TURN_CLEARANCE_M: f32 = 16.0;
 
-/// Starts a U-turn of a vehicle that stands at a dead end, when no vehicle is coming.
-pub(crate) fn start_u_turn(
+/// Starts U-turns of vehicles that stand at dead ends, when no vehicle is coming.
+pub(crate) fn start_u_turns(
     vehicles: &mut VehicleTable,
-    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    occupancy: &Occupancy,
+    spread: Spread,
+) {
+    let mut at_ends = Vec::new();
+    spread.list(vehicles.len(), &mut at_ends, |row, at_ends| {
+        if let ([lane], 1) = (vehicles[row].route.lanes(), vehicles[row].located) {
+            at_ends.push((row, *lane));
+        }
+    });
+    for (row, lane) in at_ends {
+        start_u_turn(vehicles, (row, lane), tracks, agents, occupancy);
+    }
+}
+
+/// Starts a U-turn of a row whose route ends with its lane.
+fn start_u_turn(
+    vehicles: &mut VehicleTable,
+    (row, lane): (usize, u32),
     tracks: &Tracks,
     agents: &Agents,
     occupancy: &Occupancy,
 ) {
-    let [lane] = *vehicles[row].route.lanes() else { return };
     let u_turn_lane = tracks.u_turn_lane[lane as usize];
     let own = agents.driven[row];
     let agent = own as usize;

@@ -168,6 +168,42 @@ impl Spread {
         }
     }
 
+    /// Changes every row, and replaces `items` by what `work` appends for each.
+    pub(crate) fn update_list<T: Send, R: Send>(
+        self,
+        rows: &mut [T],
+        items: &mut Vec<R>,
+        work: impl Fn(usize, &mut T, &mut Vec<R>) + Sync,
+    ) {
+        items.clear();
+        match self {
+            Spread::Alone => {
+                rows.iter_mut().enumerate().for_each(|(row, of)| work(row, of, items));
+            }
+            Spread::Pool => {
+                let at_once = rows_at_once(rows.len());
+                let ranges = rows.par_chunks_mut(at_once).enumerate();
+                let lists: Vec<Vec<R>> = ranges
+                    .map(|(range, rows)| {
+                        let mut list = Vec::new();
+                        let rows = (range * at_once..).zip(rows);
+                        rows.for_each(|(row, of)| work(row, of, &mut list));
+                        list
+                    })
+                    .collect();
+                lists.into_iter().for_each(|list| items.extend(list));
+            }
+        }
+    }
+
+    /// Sorts items by a key that is different for each.
+    pub(crate) fn sort<T: Send, K: Ord>(self, items: &mut [T], key: impl Fn(&T) -> K + Sync) {
+        match self {
+            Spread::Alone => items.sort_unstable_by_key(key),
+            Spread::Pool => items.par_sort_unstable_by_key(key),
+        }
+    }
+
     /// As [`Spread::list`]; `first` becomes the index of the first item of each row, and the number
     /// of items.
     pub(crate) fn ragged<R: Send>(
@@ -207,9 +243,14 @@ impl Spread {
 
 /// Returns a result for each of the ranges of rows that a thread takes at once, in order.
 fn map_ranges<R: Send>(count: usize, work: impl Fn(Range<usize>) -> R + Sync) -> Vec<R> {
-    let at_once = (count / 64).clamp(ROWS_AT_ONCE, 256);
+    let at_once = rows_at_once(count);
     let ranges = (0..count.div_ceil(at_once)).into_par_iter();
     ranges.map(|range| work(range * at_once..((range + 1) * at_once).min(count))).collect()
+}
+
+/// Returns the number of rows of such a range.
+fn rows_at_once(count: usize) -> usize {
+    (count / 64).clamp(ROWS_AT_ONCE, 256)
 }
 
 #[cfg(test)]
@@ -229,6 +270,12 @@ mod tests {
                     *of *= 3;
                     *of + row
                 });
+                let mut changed = Vec::new();
+                spread.update_list(&mut state, &mut changed, |row, of, changed| {
+                    *of += 1;
+                    changed.extend((*of % 3 == 0).then_some(row));
+                });
+                spread.sort(&mut changed, |row| std::cmp::Reverse(*row));
                 let append = |row: usize, to: &mut Vec<usize>| to.extend(0..state[row] % 5);
                 spread.ragged(rows, (&mut items, &mut first), append);
                 let (mut list, mut pair) = (Vec::new(), (Vec::new(), Vec::new()));
@@ -236,7 +283,7 @@ mod tests {
                 spread.map_into_pair(rows, (&mut pair.0, &mut pair.1), |row| (row, state[row]));
                 assert_eq!(list, items);
                 assert_eq!(first.len(), rows + 1);
-                (results, items, first, pair)
+                (results, changed, items, first, pair)
             })
         };
         for rows in [0, 1, 31, 32, 33, 1000] {

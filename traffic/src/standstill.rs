@@ -6,8 +6,8 @@ use glam::Vec2;
 use protocol::ActorId;
 
 use crate::{
-    agents::Agents, constraint::WaitReason, junction::Junctions, leader::Leader, tracks::NONE,
-    vehicle_table::VehicleTable,
+    agents::Agents, constraint::WaitReason, junction::Junctions, leader::Leader, spread::Spread,
+    tracks::NONE, vehicle_table::VehicleTable,
 };
 
 /// Time in one place after which a standstill is reported: longer than any cycle of lights. Seconds.
@@ -138,14 +138,19 @@ pub(crate) struct Stays(Vec<Stay>);
 impl Stays {
     /// Measures the stays of all rows, and lists the vehicles that have stayed for
     /// [`STANDSTILL_S`] since this frame.
-    pub(crate) fn find(&mut self, view: &View, delta_s: f32, found: &mut Vec<Standstill>) {
-        found.clear();
+    pub(crate) fn find(
+        &mut self,
+        view: &View,
+        delta_s: f32,
+        spread: Spread,
+        found: &mut Vec<Standstill>,
+    ) {
         self.retain(view);
-        for (row, stay) in self.0.iter_mut().enumerate() {
+        spread.update_list(&mut self.0, found, |row, stay, found| {
             let at = view.agents.position[view.agents.driven[row] as usize].truncate();
             if at.distance_squared(stay.place) > IN_PLACE_M * IN_PLACE_M {
                 (stay.place, stay.stayed_s) = (at, 0.0);
-                continue;
+                return;
             }
             let before_s = stay.stayed_s;
             stay.stayed_s += delta_s;
@@ -153,12 +158,12 @@ impl Stays {
             if is_due && view.vehicles[row].located == 1 {
                 found.push(Standstill { vehicle: ActorId(stay.id), head: head(row, view) });
             }
-        }
+        });
     }
 
     /// Changes the rows to those of the vehicles.
     fn retain(&mut self, view: &View) {
-        let ids = || view.vehicles.iter().map(|vehicle| vehicle.id);
+        let ids = || view.agents.driven.iter().map(|&agent| view.agents.id[agent as usize]);
         if self.0.iter().map(|stay| stay.id).eq(ids()) {
             return;
         }

@@ -7,7 +7,6 @@
 //! none of them is in its way yet, or a holder whose way is free.
 
 use super::gap_acceptance::{Blocked, are_wide};
-use super::reservation::move_forward;
 use super::state::{Junctions, Request, View, reserved_lanes};
 use super::wait_graph::{BEHIND_M, WaitGraph};
 use crate::{
@@ -44,9 +43,9 @@ impl Junctions {
             let request = self.requests[index];
             let row = request.row;
             // A vehicle that has just dropped its way through the junction requests nothing.
-            let requests_way = vehicles[row].route.lanes().len() >= request.to;
-            if !requests_way
-                || self.waits[row] != WaitReason::Conflict
+            let requests_way = || vehicles[row].route.lanes().len() >= request.to;
+            if self.waits[row] != WaitReason::Conflict
+                || !requests_way()
                 || !is_time(vehicles[row].wait_s, view)
             {
                 continue;
@@ -54,7 +53,7 @@ impl Junctions {
             let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.len()));
             let examine = |row: usize| self.waits_of(vehicles, row, view);
             let Some(cycle) = waits.cycle(row, &examine) else { continue };
-            let blocked = waits.blocked_by(&cycle, &examine);
+            let blocked = waits.blocked_by(&cycle, &examine, view.spread);
             if self.exit_room(vehicles, &request, view).is_ok()
                 && self.can_enter(vehicles, &request, &blocked, view)
             {
@@ -73,9 +72,9 @@ impl Junctions {
             let waits = graph.get_or_insert_with(|| WaitGraph::new(vehicles.len()));
             let examine = |row: usize| self.waits_of(vehicles, row, view);
             let Some(cycle) = waits.cycle(row, &examine) else { continue };
-            let blocked = waits.blocked_by(&cycle, &examine);
+            let blocked = waits.blocked_by(&cycle, &examine, view.spread);
             if self.can_go(vehicles, row, &blocked, view)
-                && move_forward(vehicles, reservations, row, &cycle)
+                && self.move_forward(vehicles, reservations, row, &cycle)
             {
                 graph = None;
             }
@@ -167,7 +166,7 @@ impl Junctions {
         view: &View,
     ) {
         let others = [blocked, &self.rows_behind(vehicles, request, view)].concat();
-        if !move_forward(vehicles, reservations, request.row, &others) {
+        if !self.move_forward(vehicles, reservations, request.row, &others) {
             return;
         }
         vehicles[request.row].reservation_idle_s = 0.0;

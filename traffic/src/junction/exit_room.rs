@@ -84,15 +84,10 @@ impl Junctions {
     }
 
     /// Lists the holders of reservations by the lane beyond their junctions.
-    pub(super) fn list_leaving(&mut self, vehicles: &VehicleTable, view: &View) {
+    pub(super) fn list_leaving(&mut self, view: &View) {
         self.leaving_to.clear(view.map.tracks.count());
-        for row in 0..vehicles.len() {
-            if vehicles[row].reservation != 0 && vehicles[row].located == 1 {
-                let end = reserved_lanes(&vehicles[row]);
-                if let Some(&exit) = vehicles[row].route.lanes().get(end) {
-                    self.leaving_to.add_row(exit, row as u32);
-                }
-            }
+        for &(row, exit) in self.holding.iter().filter(|(_, exit)| *exit != NONE) {
+            self.leaving_to.add_row(exit, row as u32);
         }
     }
 
@@ -216,6 +211,7 @@ mod tests {
             to: 2,
             line_m: 8.0,
             entry_m: 8.0,
+            speed_mps: 0.0,
             rank: 0,
             from_right: 0,
             red: false,

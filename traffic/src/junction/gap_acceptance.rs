@@ -73,15 +73,17 @@ impl Junctions {
         request: &Request,
         view: &View,
     ) -> WaitReason {
+        if request.red {
+            return WaitReason::Signal;
+        }
         let row = request.row;
-        let agent = view.agents.driven[row] as usize;
-        let speed = view.agents.speed(agent).max(0.0);
+        let speed = request.speed_mps.max(0.0);
         let horizon = speed * speed / (2.0 * BRAKE_MPS2) + 1.5 * speed + 8.0;
         let lane = vehicles[row].route.lanes()[request.from];
         let full_stop = self.sign(&vehicles[row], row, request.from, view) != Sign::Stop
             || view.map.approaches.signal[lane as usize] != NONE
             || vehicles[row].wait_s > 0.8;
-        if request.red || !full_stop {
+        if !full_stop {
             WaitReason::Signal
         } else if request.line_m >= horizon || !self.is_first(vehicles, request, view) {
             WaitReason::Queue

@@ -17,14 +17,12 @@ impl Junctions {
         let tracks = &view.map.tracks;
         self.holders.clear(tracks.count());
         self.approaching.clear(tracks.count());
-        self.list_leaving(vehicles, view);
+        self.list_leaving(view);
         self.list_starving(vehicles, view);
         let mut presences = std::mem::take(&mut self.presences);
-        view.spread.list(vehicles.len(), &mut presences, |row, presences| {
+        view.spread.list(self.holding.len(), &mut presences, |index, presences| {
+            let (row, _) = self.holding[index];
             let vehicle = &vehicles[row];
-            if vehicle.located == 0 || vehicle.reservation == 0 {
-                return;
-            }
             let lanes = vehicle.route.lanes().iter().copied().enumerate();
             let lanes = lanes.take(reserved_lanes(vehicle));
             presences.extend(self.presences_of(vehicle, row, lanes, 0, view));

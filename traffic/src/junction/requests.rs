@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use glam::Vec2;
 use protocol::light;
 
 use super::state::{
@@ -122,7 +123,17 @@ impl Junctions {
             let light = self.light(vehicle, row, k, view);
             let red = (k..to).any(|k| self.must_stop(vehicle, row, k, view));
             let rank = self.rank(vehicle, row, k, to, light, view);
-            return Some(Request { row, from: k, to, line_m, entry_m, rank, from_right: 0, red });
+            return Some(Request {
+                row,
+                from: k,
+                to,
+                line_m,
+                entry_m,
+                speed_mps: view.agents.speed(agent),
+                rank,
+                from_right: 0,
+                red,
+            });
         }
         None
     }
@@ -209,46 +220,51 @@ impl Junctions {
     /// Sorts the requests into the order in which they are assessed.
     pub(super) fn sort_requests(&mut self, vehicles: &VehicleTable, view: &View) {
         let tracks = &view.map.tracks;
-        // By request: waiting time and time of arrival, and the heading of its first lane.
         let mut keys = Vec::new();
         view.spread.map_into(self.requests.len(), &mut keys, |index| {
-            // The vehicle that has waited longer goes first, then the one that arrives sooner.
             let request = &self.requests[index];
             let vehicle = &vehicles[request.row];
-            let speed = view.agents.speed(view.agents.driven[request.row] as usize).max(0.5);
+            let speed = request.speed_mps.max(0.5);
             let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
             let lane = vehicle.route.lanes()[request.from];
-            let zone = tracks.zone[lane as usize];
-            ((u32::MAX - vehicle.wait_s as u32, soon), tracks.first_tangent(lane), zone)
+            Key {
+                zone: tracks.zone[lane as usize],
+                index: index as u32,
+                rank: request.rank,
+                time: (u32::MAX - vehicle.wait_s as u32, soon),
+                heading: tracks.first_tangent(lane),
+            }
         });
         // Those of a zone lie side by side, so that only they are compared.
-        let mut by_zone: Vec<(u32, usize)> =
-            keys.iter().enumerate().map(|(a, key)| (key.2, a)).collect();
-        by_zone.sort_unstable();
-        for (of_zone, a) in zone_pairs(&by_zone) {
-            let (bucket, heading, _) = keys[a];
-            let rank = self.requests[a].rank;
-            let from_right = of_zone.iter().filter(|&&(_, other)| {
-                self.requests[other].rank == rank
-                    && keys[other].0 == bucket
-                    && heading.perp_dot(keys[other].1) > 0.5
-            });
-            self.requests[a].from_right = from_right.count() as u32;
+        view.spread.sort(&mut keys, |key| u64::from(key.zone) << 32 | u64::from(key.index));
+        let mut order = Vec::with_capacity(keys.len());
+        for of_zone in keys.chunk_by(|a, b| a.zone == b.zone) {
+            for key in of_zone {
+                let is_right = |other: &&Key| {
+                    (other.rank, other.time) == (key.rank, key.time)
+                        && key.heading.perp_dot(other.heading) > 0.5
+                };
+                let from_right = of_zone.iter().filter(is_right).count() as u32;
+                let request = &mut self.requests[key.index as usize];
+                request.from_right = from_right;
+                // Requests are listed by row.
+                let line = ordered(request.line_m);
+                order.push((key.rank, key.time, from_right, line, key.index));
+            }
         }
-        let mut order: Vec<_> = self
-            .requests
-            .iter()
-            .zip(&keys)
-            .map(|(r, key)| ((r.rank, key.0, r.from_right, ordered(r.line_m), r.row), *r))
-            .collect();
-        order.sort_unstable_by_key(|(key, _)| *key);
-        self.requests.clear();
-        self.requests.extend(order.into_iter().map(|(_, request)| request));
+        view.spread.sort(&mut order, |of| *of);
+        self.requests = order.iter().map(|of| self.requests[of.4 as usize]).collect();
     }
 }
 
-/// Returns each request with all requests of its zone, of a list that is sorted by zone.
-fn zone_pairs(by_zone: &[(u32, usize)]) -> impl Iterator<Item = (&[(u32, usize)], usize)> {
-    let zones = by_zone.chunk_by(|a, b| a.0 == b.0);
-    zones.flat_map(|of_zone| of_zone.iter().map(move |&(_, request)| (of_zone, request)))
+/// What decides the order of a request among those of its zone.
+struct Key {
+    zone: u32,
+    /// Index of the request.
+    index: u32,
+    rank: i32,
+    /// The vehicle that has waited longer goes first, then the one that arrives sooner.
+    time: (u32, u32),
+    /// Driving direction at the begin of the way.
+    heading: Vec2,
 }

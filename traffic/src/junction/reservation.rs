@@ -61,16 +61,12 @@ impl Junctions {
         view: &View,
     ) {
         let row = request.row;
-        if vehicles[row].reservation == 0
-            && !move_forward(
-                vehicles,
-                reservations,
-                row,
-                &self.rows_behind(vehicles, request, view),
-            )
-        {
-            *reservations += 1;
-            vehicles[row].reservation = *reservations;
+        if vehicles[row].reservation == 0 {
+            let behind = self.rows_behind(vehicles, request, view);
+            if !self.move_forward(vehicles, reservations, row, &behind) {
+                *reservations += 1;
+                self.reserve(vehicles, row, *reservations);
+            }
         }
         vehicles[row].reservation_end =
             vehicles[row].route.lanes_passed.wrapping_add(request.to as u32);
@@ -127,8 +123,7 @@ impl Junctions {
     /// Stops a vehicle without a reservation at its line and counts its waiting time.
     pub(super) fn deny(&mut self, vehicles: &mut VehicleTable, request: &Request, view: &View) {
         let row = request.row;
-        let agent = view.agents.driven[row] as usize;
-        let speed = view.agents.speed(agent);
+        let speed = request.speed_mps;
         // Beyond the line but not in the junction: stop here.
         let stop_m = (request.line_m - LINE_GAP_M).max(0.0);
         let brake_from = speed * speed / (2.0 * BRAKE_MPS2 * 0.9) + 1.0 * speed.max(0.0) + 4.0;
@@ -149,29 +144,40 @@ impl Junctions {
             }
         }
     }
-}
 
-/// Gives a row a reservation before those of `others`; returns `false` if it has the earliest
-/// already or none of them has one.
-pub(super) fn move_forward(
-    vehicles: &mut VehicleTable,
-    reservations: &mut u64,
-    row: usize,
-    others: &[usize],
-) -> bool {
-    let reserved = others
-        .iter()
-        .map(|&other| vehicles[other].reservation)
-        .filter(|&reservation| reservation != 0);
-    let Some(earliest) = reserved.min().filter(|&first| first != vehicles[row].reservation) else {
-        return false;
-    };
-    for vehicle in vehicles.iter_mut().filter(|vehicle| vehicle.reservation >= earliest) {
-        vehicle.reservation += 1;
+    /// Gives a row a reservation before those of `others`; returns `false` if it has the earliest
+    /// already or none of them has one.
+    pub(super) fn move_forward(
+        &mut self,
+        vehicles: &mut VehicleTable,
+        reservations: &mut u64,
+        row: usize,
+        others: &[usize],
+    ) -> bool {
+        let reserved = others
+            .iter()
+            .map(|&other| vehicles[other].reservation)
+            .filter(|&reservation| reservation != 0);
+        let Some(earliest) = reserved.min().filter(|&first| first != vehicles[row].reservation)
+        else {
+            return false;
+        };
+        for &(holder, _) in &self.holding {
+            let reservation = &mut vehicles[holder].reservation;
+            *reservation += u64::from(*reservation >= earliest);
+        }
+        *reservations += 1;
+        self.reserve(vehicles, row, earliest);
+        true
     }
-    *reservations += 1;
-    vehicles[row].reservation = earliest;
-    true
+
+    /// Gives a row the reservation of this number.
+    fn reserve(&mut self, vehicles: &mut VehicleTable, row: usize, number: u64) {
+        if vehicles[row].reservation == 0 {
+            self.holding.push((row, NONE));
+        }
+        vehicles[row].reservation = number;
+    }
 }
 
 /// Ends a reservation when all its lanes lie behind, and measures for how long it is unused.

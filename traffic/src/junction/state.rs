@@ -34,11 +34,21 @@ pub(super) struct Request {
     /// Distance from the front bumper to the stop line, and to the first lane.
     pub(super) line_m: f32,
     pub(super) entry_m: f32,
+    /// Speed of the vehicle along its heading.
+    pub(super) speed_mps: f32,
     /// Lower goes first.
     pub(super) rank: i32,
     /// Number of vehicles of the same rank and time that come from its right.
     pub(super) from_right: u32,
     pub(super) red: bool,
+}
+
+/// What a row has or needs before reservations are granted.
+#[derive(Clone, Copy)]
+pub(super) enum Found {
+    /// The row has a reservation, and the lane beyond it is this one; [`NONE`] if the route ends there.
+    Holder(usize, u32),
+    Request(Request),
 }
 
 /// To which vehicles the holder of a reservation yields.
@@ -65,7 +75,11 @@ pub(crate) struct Junctions {
     /// agents, or `NONE`.
     pub(super) merges_behind: Vec<u32>,
     pub(super) requests: Vec<Request>,
-    pub(super) requests_by_row: Vec<Option<Request>>,
+    /// Rows that have reservations: those that had one before any was granted in this frame, ascending,
+    /// with the lanes beyond these or `NONE`, and then those of this frame.
+    pub(super) holding: Vec<(usize, u32)>,
+    /// The holders and requests by row.
+    pub(super) found: Vec<Found>,
     pub(super) presences: Vec<Presence>,
     pub(super) yielding: Vec<Yielding>,
     pub(super) holders: ByLane<Presence>,

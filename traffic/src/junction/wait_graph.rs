@@ -3,7 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::state::{Junctions, View};
-use crate::{leader, obstacles, tracks::NONE, vehicle_table::VehicleTable};
+use crate::{leader, obstacles, spread::Spread, tracks::NONE, vehicle_table::VehicleTable};
 
 /// Gap within which a vehicle waits for its leader, on its own lane or on another one of a merge.
 pub(super) const BEHIND_M: f32 = 5.0;
@@ -62,13 +62,16 @@ impl WaitGraph {
     pub(super) fn blocked_by(
         &mut self,
         cycle: &[usize],
-        examine: &impl Fn(usize) -> [u32; 3],
+        examine: &(impl Fn(usize) -> [u32; 3] + Sync),
+        spread: Spread,
     ) -> Vec<usize> {
         let reversed = self.reversed.take().unwrap_or_else(|| {
             let mut waits = Vec::new();
-            for row in 0..self.waits_for.len() {
-                waits.extend(self.after(row, examine).iter().map(|&to| (to as u32, row as u32)));
-            }
+            spread.list(self.waits_for.len(), &mut waits, |row, waits| {
+                let of_row = self.waits_for[row].unwrap_or_else(|| examine(row));
+                let others = of_row.into_iter().filter(|&to| to != NONE);
+                waits.extend(others.map(|to| (to, row as u32)));
+            });
             waits.sort_unstable();
             waits
         });
@@ -144,7 +147,11 @@ mod tests {
         assert_eq!(graph.cycle(2, &examine), Some(vec![2, 0, 1]));
         let none = (graph.cycle(3, &examine), graph.cycle(4, &examine));
         assert_eq!(none, (None, None), "they are in no cycle");
-        assert_eq!(graph.blocked_by(&[0, 1, 2], &examine), [0, 1, 2, 3]);
-        assert_eq!(graph.blocked_by(&[2, 0, 1], &examine), [0, 1, 2, 3], "and again");
+        assert_eq!(graph.blocked_by(&[0, 1, 2], &examine, Spread::Alone), [0, 1, 2, 3]);
+        assert_eq!(
+            graph.blocked_by(&[2, 0, 1], &examine, Spread::Alone),
+            [0, 1, 2, 3],
+            "and again"
+        );
     }
 }
