@@ -116,8 +116,15 @@ impl Agents {
         self.wide_places.rebuild(self.wide.iter().copied().map(at));
         self.foot_places.rebuild(self.walkers.iter().copied().map(at));
         self.places.rebuild((0..self.id.len() as u32).map(at));
-        let reach_m = |body: &Body| body.front_m.max(body.rear_m).hypot(body.half_width_m);
-        self.reach_max_m = self.body.iter().map(reach_m).fold(0.0, f32::max);
+        self.reach_max_m = 0.0;
+        let mut largest = (0.0, 0.0);
+        for body in &self.body {
+            let corner = (body.front_m.max(body.rear_m), body.half_width_m);
+            if corner.0 > largest.0 || corner.1 > largest.1 {
+                self.reach_max_m = self.reach_max_m.max(corner.0.hypot(corner.1));
+                largest = corner;
+            }
+        }
     }
 
     fn clear(&mut self) {

@@ -136,11 +136,11 @@ impl Occupancy {
             }
         });
         let claims: Vec<Occupant> = claims.collect();
-        self.sort(&claims);
+        self.sort(&claims, spread);
     }
 
     /// Sorts the occupants of agents and `claims` by lane, and those of a lane by arc length.
-    fn sort(&mut self, claims: &[Occupant]) {
+    fn sort(&mut self, claims: &[Occupant], spread: Spread) {
         let Occupancy { list, spans, used, placed: [placed, _], .. } = self;
         let all = || placed.occupants.iter().chain(claims);
         for occupant in all() {
@@ -163,10 +163,9 @@ impl Occupancy {
             list[span.1 as usize] = *occupant;
             span.1 += 1;
         }
-        for of_lane in list.chunk_by_mut(|a, b| a.lane == b.lane) {
-            // Equal ones are in the order of the agents, which no thread changes.
-            of_lane.sort_by_key(|o| (ordered(o.rear_m), o.agent));
-        }
+        // Equal ones are in the order of the agents, which no thread changes.
+        let sort = |of_lane: &mut [Occupant]| of_lane.sort_by_key(|o| (ordered(o.rear_m), o.agent));
+        spread.groups(list, |a, b| a.lane == b.lane, sort);
     }
 
     /// Returns the occupants of `lane`, ascending by arc length of the rear.
@@ -243,7 +242,8 @@ fn add_agent(
                 continue;
             }
             if let Some(occupant) = occupied_stretch(tracks, agents, agent, pass, at)
-                && (tracks.height_at(lane, occupant.rear_m) - position.z).abs() < STOREY_M
+                && (tracks.is_level_with(lane, position.z, STOREY_M)
+                    || (tracks.height_at(lane, occupant.rear_m) - position.z).abs() < STOREY_M)
             {
                 occupants.push(occupant);
             }

@@ -15,6 +15,7 @@ use crate::{
     meeting, merging,
     obstacles::{self, Obstacle},
     occupancy::Occupancy,
+    params::Params,
     passing, pedals,
     prop_waits::{self, PropWait},
     route,
@@ -63,6 +64,8 @@ struct Scratch {
     junctions: Junctions,
     demand: Demand,
     driven_ids: Vec<u32>,
+    /// The ids, the seed and the parameters that the columns of settings belong to.
+    settings_of: Option<(Vec<u32>, u64, Params)>,
     /// By signal: the state that it shows.
     light_states: Vec<u32>,
     leaders: Vec<Leader>,
@@ -352,7 +355,13 @@ impl Planner {
         let class = |row: usize| agents.body[agents.driven[row] as usize].class;
         scratch.drivers.update(&scratch.driven_ids, class, draws, params.driver_spread());
         let drivers = scratch.drivers.rows();
-        let (ids, count) = (&scratch.driven_ids, scratch.driven_ids.len());
+        let ids = &scratch.driven_ids;
+        let is_same =
+            |of: &(Vec<u32>, u64, Params)| of.0 == *ids && (of.1, &of.2) == (draws, params);
+        if scratch.settings_of.as_ref().is_some_and(is_same) {
+            return;
+        }
+        let count = ids.len();
         let policy = |row: usize| match (params.speed_mps(ids[row]), &drivers[row]) {
             (Some(mps), _) => SpeedPolicy::Fixed(mps),
             (None, _) if params.sets_speed(ids[row]) => {
@@ -368,6 +377,7 @@ impl Planner {
         spread.map_into(count, &mut scratch.ignore_signs, |row| params.ignore_signs(ids[row]));
         spread.map_into(count, &mut scratch.ignore_lights, |row| params.ignore_lights(ids[row]));
         spread.map_into(count, &mut scratch.gaps, |row| params.gap_m(ids[row]));
+        scratch.settings_of = Some((ids.clone(), draws, params.clone()));
     }
 
     /// Locates every vehicle on its route.

@@ -154,12 +154,13 @@ impl Spread {
         items: &mut Vec<R>,
         work: impl Fn(usize, &mut Vec<R>) + Sync,
     ) {
+        let expected = items.len();
         items.clear();
         match self {
             Spread::Alone => (0..count).for_each(|row| work(row, items)),
             Spread::Pool => {
                 let lists: Vec<Vec<R>> = map_ranges(count, |rows| {
-                    let mut list = Vec::new();
+                    let mut list = part(expected, rows.len(), count);
                     rows.for_each(|row| work(row, &mut list));
                     list
                 });
@@ -175,17 +176,18 @@ impl Spread {
         items: &mut Vec<R>,
         work: impl Fn(usize, &mut T, &mut Vec<R>) + Sync,
     ) {
+        let (expected, count) = (items.len(), rows.len());
         items.clear();
         match self {
             Spread::Alone => {
                 rows.iter_mut().enumerate().for_each(|(row, of)| work(row, of, items));
             }
             Spread::Pool => {
-                let at_once = rows_at_once(rows.len());
+                let at_once = rows_at_once(count);
                 let ranges = rows.par_chunks_mut(at_once).enumerate();
                 let lists: Vec<Vec<R>> = ranges
                     .map(|(range, rows)| {
-                        let mut list = Vec::new();
+                        let mut list = part(expected, rows.len(), count);
                         let rows = (range * at_once..).zip(rows);
                         rows.for_each(|(row, of)| work(row, of, &mut list));
                         list
@@ -193,6 +195,19 @@ impl Spread {
                     .collect();
                 lists.into_iter().for_each(|list| items.extend(list));
             }
+        }
+    }
+
+    /// Changes every group of consecutive items that belong together.
+    pub(crate) fn groups<T: Send>(
+        self,
+        items: &mut [T],
+        together: impl Fn(&T, &T) -> bool + Sync + Send,
+        work: impl Fn(&mut [T]) + Sync + Send,
+    ) {
+        match self {
+            Spread::Alone => items.chunk_by_mut(together).for_each(work),
+            Spread::Pool => items.par_chunk_by_mut(together).for_each(work),
         }
     }
 
@@ -212,6 +227,7 @@ impl Spread {
         (items, first): (&mut Vec<R>, &mut Vec<u32>),
         work: impl Fn(usize, &mut Vec<R>) + Sync,
     ) {
+        let expected = items.len();
         items.clear();
         first.clear();
         match self {
@@ -223,7 +239,8 @@ impl Spread {
             }
             Spread::Pool => {
                 let lists: Vec<(Vec<R>, Vec<u32>)> = map_ranges(count, |rows| {
-                    let (mut list, mut first) = (Vec::new(), Vec::with_capacity(rows.len()));
+                    let mut list = part(expected, rows.len(), count);
+                    let mut first = Vec::with_capacity(rows.len());
                     for row in rows {
                         first.push(list.len() as u32);
                         work(row, &mut list);
@@ -246,6 +263,12 @@ fn map_ranges<R: Send>(count: usize, work: impl Fn(Range<usize>) -> R + Sync) ->
     let at_once = rows_at_once(count);
     let ranges = (0..count.div_ceil(at_once)).into_par_iter();
     ranges.map(|range| work(range * at_once..((range + 1) * at_once).min(count))).collect()
+}
+
+/// Returns a list for the items of some of `count` rows, where about as many are expected for all rows as
+/// in the frame before: with room for twice the mean, so that it seldom grows.
+fn part<R>(expected: usize, rows: usize, count: usize) -> Vec<R> {
+    Vec::with_capacity(2 * expected * rows / count.max(1))
 }
 
 /// Returns the number of rows of such a range.
@@ -276,6 +299,7 @@ mod tests {
                     changed.extend((*of % 3 == 0).then_some(row));
                 });
                 spread.sort(&mut changed, |row| std::cmp::Reverse(*row));
+                spread.groups(&mut changed, |a, b| a / 8 == b / 8, <[usize]>::reverse);
                 let append = |row: usize, to: &mut Vec<usize>| to.extend(0..state[row] % 5);
                 spread.ragged(rows, (&mut items, &mut first), append);
                 let (mut list, mut pair) = (Vec::new(), (Vec::new(), Vec::new()));

@@ -46,12 +46,10 @@ const FASTEST_MPS: f32 = 70.0;
 
 /// All tracks of a network as a structure of arrays.
 pub(crate) struct Tracks {
-    /// First sample, by lane; one more entry than lanes.
-    first: Vec<u32>,
+    /// Where the samples of a lane lie, by lane.
+    lines: Vec<LineHead>,
     /// Arc length, by lane; 0 for lanes without a track.
     pub(crate) length_m: Vec<f32>,
-    /// Distance between samples, by lane.
-    step_m: Vec<f32>,
     /// Speed limit, by lane, metres per second.
     pub(crate) limit_mps: Vec<f32>,
     /// Junction index, or [`NONE`], by lane.
@@ -81,6 +79,48 @@ pub(crate) struct Tracks {
     samples: Vec<Sample>,
     /// Highest curve speed on the lane, by lane.
     top_curve_speed: Vec<f32>,
+}
+
+/// Where the samples of a lane lie, and what is often asked of them without reading them: they fill more
+/// memory than a processor's caches hold.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct LineHead {
+    /// The first sample, and the number of samples.
+    first: u32,
+    count: u32,
+    /// Distance between samples, and arc length.
+    step_m: f32,
+    length_m: f32,
+    /// Least and greatest height.
+    low_m: f32,
+    high_m: f32,
+    /// Curve speed of the first sample.
+    curve_speed: f32,
+    /// Driving directions of the first and of the last sample.
+    tangents: [Vec2; 2],
+}
+
+impl LineHead {
+    /// The head of a lane without a track.
+    fn empty(first: usize) -> LineHead {
+        LineHead { first: first as u32, step_m: 1.0, ..LineHead::zeroed() }
+    }
+
+    /// The head of a lane whose samples begin at `first`, before its curve speeds are known.
+    fn of(first: usize, samples: &[Sample], step_m: f32, length_m: f32) -> LineHead {
+        let heights = || samples.iter().map(|sample| sample.point.z);
+        LineHead {
+            first: first as u32,
+            count: samples.len() as u32,
+            step_m,
+            length_m,
+            low_m: heights().fold(f32::INFINITY, f32::min),
+            high_m: heights().fold(f32::NEG_INFINITY, f32::max),
+            curve_speed: FASTEST_MPS,
+            tangents: [samples[0].tangent, samples[samples.len() - 1].tangent],
+        }
+    }
 }
 
 /// A point of a track. What is read together lies together.
@@ -137,9 +177,8 @@ impl Tracks {
         };
         let usable = |lane: usize| LaneTypes::DRIVABLE.contains(lanes[lane].kind);
         let mut tracks = Tracks {
-            first: Vec::with_capacity(lanes.len() + 1),
+            lines: Vec::with_capacity(lanes.len()),
             length_m: Vec::with_capacity(lanes.len()),
-            step_m: Vec::with_capacity(lanes.len()),
             limit_mps: limits(network),
             junction: lanes.iter().map(|lane| lane.junction.unwrap_or(NONE)).collect(),
             zone: Vec::new(),
@@ -161,16 +200,14 @@ impl Tracks {
             top_curve_speed: Vec::with_capacity(lanes.len()),
         };
         for lane in 0..lanes.len() {
-            tracks.first.push(tracks.samples.len() as u32);
             if usable(lane) {
                 tracks.sample(network, LaneIndex(lane as u32));
             } else {
+                tracks.lines.push(LineHead::empty(tracks.samples.len()));
                 tracks.length_m.push(0.0);
-                tracks.step_m.push(1.0);
                 tracks.usable_m.push(0.0);
             }
         }
-        tracks.first.push(tracks.samples.len() as u32);
         tracks.endless = endless(&tracks);
         tracks.zone = zones(&tracks, network);
         for lane in 0..lanes.len() as u32 {
@@ -183,9 +220,8 @@ impl Tracks {
     pub(crate) fn parts(&self) -> Vec<Cow<'_, [u8]>> {
         let bools = |list: &[bool]| list.iter().copied().map(u8::from).collect::<Vec<u8>>().into();
         vec![
-            cast_slice(&self.first).into(),
+            cast_slice(&self.lines).into(),
             cast_slice(&self.length_m).into(),
-            cast_slice(&self.step_m).into(),
             cast_slice(&self.limit_mps).into(),
             cast_slice(&self.junction).into(),
             cast_slice(&self.zone).into(),
@@ -213,9 +249,8 @@ impl Tracks {
         }
         // In the order of the file.
         Some(Tracks {
-            first: parts.take()?,
+            lines: parts.take()?,
             length_m: parts.take()?,
-            step_m: parts.take()?,
             limit_mps: parts.take()?,
             junction: parts.take()?,
             zone: parts.take()?,
@@ -271,9 +306,7 @@ impl Tracks {
 
     /// Returns the highest curvature of `lane`, whatever its sign.
     fn sharpest(&self, lane: u32) -> f32 {
-        let (first, count) = (self.first[lane as usize] as usize, self.samples(lane).0);
-        let samples = &self.samples[first..first + count];
-        samples.iter().fold(0.0, |most, one| most.max(one.curvature.abs()))
+        self.samples_of(lane).iter().fold(0.0, |most, one| most.max(one.curvature.abs()))
     }
 
     /// Returns the change of direction of a path through a junction from its first lane to its
@@ -293,13 +326,18 @@ impl Tracks {
 
     /// Returns the number of samples of `lane` and the distance between them.
     pub(crate) fn samples(&self, lane: u32) -> (usize, f32) {
-        let lane = lane as usize;
-        ((self.first[lane + 1] - self.first[lane]) as usize, self.step_m[lane])
+        let line = &self.lines[lane as usize];
+        (line.count as usize, line.step_m)
+    }
+
+    fn samples_of(&self, lane: u32) -> &[Sample] {
+        let line = &self.lines[lane as usize];
+        &self.samples[line.first as usize..][..line.count as usize]
     }
 
     /// Returns sample `index` of `lane`.
     pub(crate) fn sample_point(&self, lane: u32, index: usize) -> Vec3 {
-        self.samples[self.first[lane as usize] as usize + index].point
+        self.samples_of(lane)[index].point
     }
 
     /// Samples one lane: finely along s, then evenly along the arc.
@@ -341,21 +379,22 @@ impl Tracks {
                 curve_speed: FASTEST_MPS,
             });
         }
-        self.length_m.push(total as f32);
-        self.step_m.push(total as f32 / count as f32);
-        self.set_curvature(index.0, count + 1);
-        let first = self.first[index.0 as usize] as usize;
+        let (length_m, step_m) = (total as f32, total as f32 / count as f32);
+        let first = self.samples.len() - (count + 1);
+        self.length_m.push(length_m);
+        self.lines.push(LineHead::of(first, &self.samples[first..], step_m, length_m));
+        self.set_curvature(index.0);
         let ends = self.next(index.0).is_empty();
         let wide = self.samples[first..].iter().rposition(|at| at.half_width >= NARROW_M);
         let usable = wide.map_or(0, |last| if ends { last } else { count });
-        self.usable_m.push(usable as f32 * self.step_m[index.0 as usize]);
+        self.usable_m.push(usable as f32 * step_m);
     }
 
     /// Computes curvature from the change of direction over two metres either way: maps often draw
     /// a smooth curve as many short arcs whose own curvature jumps.
-    fn set_curvature(&mut self, lane: u32, count: usize) {
-        let first = self.first[lane as usize] as usize;
-        let step = self.step_m[lane as usize];
+    fn set_curvature(&mut self, lane: u32) {
+        let (count, step) = self.samples(lane);
+        let first = self.lines[lane as usize].first as usize;
         let reach = ((2.0 / step).round() as usize).max(1);
         for index in 0..count {
             let (from, to) = (index.saturating_sub(reach), (index + reach).min(count - 1));
@@ -367,7 +406,7 @@ impl Tracks {
 
     fn set_curve_speed(&mut self, lane: u32) {
         let (count, step) = self.samples(lane);
-        let first = self.first[lane as usize] as usize;
+        let first = self.lines[lane as usize].first as usize;
         let mut ahead = FASTEST_MPS;
         for index in (first..first + count).rev() {
             let curve = (CURVE_MPS2 / self.samples[index].curvature.abs().max(1e-4)).sqrt();
@@ -375,7 +414,8 @@ impl Tracks {
             ahead = curve.min(brake).min(FASTEST_MPS);
             self.samples[index].curve_speed = ahead;
         }
-        let speeds_mps = self.samples[first..first + count].iter().map(|at| at.curve_speed);
+        self.lines[lane as usize].curve_speed = ahead;
+        let speeds_mps = self.samples_of(lane).iter().map(|at| at.curve_speed);
         self.top_curve_speed.push(speeds_mps.fold(0.0, f32::max));
     }
 }
@@ -385,8 +425,7 @@ impl Tracks {
     /// direction turns and the track leaves the straight continuation, with a margin.
     pub(crate) fn bends(&self, lane: u32) -> Vec<f32> {
         let (count, step_m) = self.samples(lane);
-        let first = self.first[lane as usize] as usize;
-        let samples = &self.samples[first..first + count];
+        let samples = self.samples_of(lane);
         let reach = ((HINT_M + 2.0) / step_m).ceil() as usize;
         let bend = |index: usize| {
             let own = &samples[index];

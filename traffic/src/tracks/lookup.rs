@@ -3,10 +3,13 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-use super::{Sample, Tracks};
+use super::{LineHead, Sample, Tracks};
 
 /// Step of a projection below which it has converged, metres.
 const NEAR_M: f32 = 1e-3;
+/// Bound on the error of an interpolated height: far above the spacing of numbers at the height of any
+/// town. Metres.
+const ROUNDING_M: f32 = 0.01;
 
 /// The position of a point relative to a track (Frenet coordinates).
 #[derive(Clone, Copy, Debug)]
@@ -65,9 +68,8 @@ impl Tracks {
     /// Returns the samples of a lane that has a track.
     #[inline(always)]
     fn line(&self, lane: u32) -> Line<'_> {
-        let lane = lane as usize;
-        let (first, end) = (self.first[lane] as usize, self.first[lane + 1] as usize);
-        Line { samples: &self.samples[first..end], step_m: self.step_m[lane] }
+        let LineHead { first, count, step_m, length_m, .. } = self.lines[lane as usize];
+        Line { samples: &self.samples[first as usize..][..count as usize], step_m, length_m }
     }
 
     /// Returns centre, unit driving direction and curvature (positive to the left) at `arc_m`;
@@ -77,7 +79,7 @@ impl Tracks {
         let (from, to, part) = line.at(arc_m);
         let tangent = from.tangent.lerp(to.tangent, part).normalize_or(Vec2::X);
         let mut point = from.point.lerp(to.point, part);
-        let beyond = arc_m - arc_m.clamp(0.0, self.length(lane));
+        let beyond = arc_m - arc_m.clamp(0.0, line.length_m);
         point += (tangent * beyond).extend(0.0);
         (point, tangent, from.curvature + (to.curvature - from.curvature) * part)
     }
@@ -94,8 +96,18 @@ impl Tracks {
         from.point.lerp(to.point, part).z
     }
 
+    /// Returns whether all of a track lies within `within_m` of a height, with a margin for rounding.
+    pub(crate) fn is_level_with(&self, lane: u32, height_m: f32, within_m: f32) -> bool {
+        let LineHead { low_m, high_m, .. } = self.lines[lane as usize];
+        let within_m = within_m - ROUNDING_M;
+        height_m - low_m < within_m && high_m - height_m < within_m
+    }
+
     /// Returns the highest speed at `arc_m` that allows every curve ahead on this lane.
     pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
+        if arc_m <= 0.0 {
+            return self.lines[lane as usize].curve_speed;
+        }
         let (from, to, part) = self.line(lane).at(arc_m);
         from.curve_speed + (to.curve_speed - from.curve_speed) * part
     }
@@ -116,8 +128,9 @@ impl Tracks {
     /// Newton's method on the arc length: two steps suffice from a hint within a few metres, and one
     /// on a straight track.
     pub(crate) fn project(&self, lane: u32, point: Vec2, hint_m: f32) -> Projection {
-        let arc_m = hint_m.clamp(0.0, self.length(lane));
-        self.project_from(lane, point, arc_m, self.line(lane).flat_at(arc_m))
+        let line = self.line(lane);
+        let arc_m = hint_m.clamp(0.0, line.length_m);
+        line.project_from(point, arc_m, line.flat_at(arc_m))
     }
 
     /// As [`Tracks::project`], from `start`: the point of the track at `arc_m`, which is within it.
@@ -126,32 +139,10 @@ impl Tracks {
         &self,
         lane: u32,
         point: Vec2,
-        mut arc_m: f32,
+        arc_m: f32,
         start: FlatPlace,
     ) -> Projection {
-        let (length, line) = (self.length(lane), self.line(lane));
-        let FlatPlace { mut centre, mut tangent, mut curvature } = start;
-        let mut offset = point - centre;
-        for _ in 0..3 {
-            let left = tangent.perp_dot(offset);
-            let stretch = (1.0 - curvature * left).clamp(0.4, 2.5);
-            let step_m = (arc_m + tangent.dot(offset) / stretch).clamp(0.0, length) - arc_m;
-            if step_m.abs() < NEAR_M {
-                break;
-            }
-            arc_m += step_m;
-            FlatPlace { centre, tangent, curvature } = line.flat_at(arc_m);
-            offset = point - centre;
-        }
-        let beyond = tangent.dot(offset);
-        let beyond = if arc_m <= 0.0 {
-            beyond.min(0.0)
-        } else if arc_m >= length {
-            beyond.max(0.0)
-        } else {
-            0.0
-        };
-        Projection { arc_m: arc_m + beyond, left_m: tangent.perp_dot(offset), tangent }
+        self.line(lane).project_from(point, arc_m, start)
     }
 
     /// Returns the index of the sample nearest to `arc_m`.
@@ -167,12 +158,12 @@ impl Tracks {
 
     /// Returns the driving direction at the begin of a track.
     pub(crate) fn first_tangent(&self, lane: u32) -> Vec2 {
-        self.samples[self.first[lane as usize] as usize].tangent
+        self.lines[lane as usize].tangents[0]
     }
 
     /// Returns the driving direction at the end of a track.
     pub(crate) fn last_tangent(&self, lane: u32) -> Vec2 {
-        self.samples[self.first[lane as usize + 1] as usize - 1].tangent
+        self.lines[lane as usize].tangents[1]
     }
 
     /// Returns the arc length and the squared distance of the sample of `lane` nearest to `point`.
@@ -205,6 +196,7 @@ impl Tracks {
 struct Line<'a> {
     samples: &'a [Sample],
     step_m: f32,
+    length_m: f32,
 }
 
 impl<'a> Line<'a> {
@@ -225,5 +217,61 @@ impl<'a> Line<'a> {
         let centre = from.point.truncate().lerp(to.point.truncate(), part);
         let curvature = from.curvature + (to.curvature - from.curvature) * part;
         FlatPlace { centre, tangent, curvature }
+    }
+
+    /// See [`Tracks::project_from`].
+    #[inline(always)]
+    fn project_from(&self, point: Vec2, mut arc_m: f32, start: FlatPlace) -> Projection {
+        let length = self.length_m;
+        let FlatPlace { mut centre, mut tangent, mut curvature } = start;
+        let mut offset = point - centre;
+        for _ in 0..3 {
+            let left = tangent.perp_dot(offset);
+            let stretch = (1.0 - curvature * left).clamp(0.4, 2.5);
+            let step_m = (arc_m + tangent.dot(offset) / stretch).clamp(0.0, length) - arc_m;
+            if step_m.abs() < NEAR_M {
+                break;
+            }
+            arc_m += step_m;
+            FlatPlace { centre, tangent, curvature } = self.flat_at(arc_m);
+            offset = point - centre;
+        }
+        let beyond = tangent.dot(offset);
+        let beyond = if arc_m <= 0.0 {
+            beyond.min(0.0)
+        } else if arc_m >= length {
+            beyond.max(0.0)
+        } else {
+            0.0
+        };
+        Projection { arc_m: arc_m + beyond, left_m: tangent.perp_dot(offset), tangent }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::maps;
+
+    #[test]
+    fn what_is_known_of_a_track_agrees_with_its_samples() {
+        let tracks = Tracks::new(&maps::town());
+        let (mut level, mut apart) = (0, 0);
+        for lane in (0..tracks.count() as u32).filter(|&lane| tracks.has(lane)) {
+            let (samples, length_m) = (tracks.samples_of(lane), tracks.length(lane));
+            assert_eq!(tracks.first_tangent(lane), samples[0].tangent);
+            assert_eq!(tracks.last_tangent(lane), samples[samples.len() - 1].tangent);
+            assert_eq!(tracks.curve_speed_at(lane, 0.0), samples[0].curve_speed);
+            assert_eq!(tracks.curve_speed_at(lane, -3.0), samples[0].curve_speed);
+            for part in [0.0, 0.1, 0.37, 0.5, 0.81, 1.0] {
+                let height_m = tracks.height_at(lane, part * length_m);
+                for off_m in [-4.0, -2.9, 0.0, 1.5, 3.1] {
+                    let is_level = tracks.is_level_with(lane, height_m + off_m, 3.0);
+                    assert!(!is_level || f32::abs(off_m) < 3.0, "lane {lane} {height_m} {off_m}");
+                    *(if is_level { &mut level } else { &mut apart }) += 1;
+                }
+            }
+        }
+        assert!(level > 100 && apart > 100, "{level} {apart}");
     }
 }
