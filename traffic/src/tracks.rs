@@ -48,6 +48,8 @@ const FASTEST_MPS: f32 = 70.0;
 pub(crate) struct Tracks {
     /// Where the samples of a lane lie, by lane.
     lines: Vec<LineHead>,
+    /// Summaries of the samples, by lane.
+    summaries: Vec<Summary>,
     /// Arc length, by lane; 0 for lanes without a track.
     pub(crate) length_m: Vec<f32>,
     /// Speed limit, by lane, metres per second.
@@ -81,8 +83,7 @@ pub(crate) struct Tracks {
     top_curve_speed: Vec<f32>,
 }
 
-/// Where the samples of a lane lie, and what is often asked of them without reading them: they fill more
-/// memory than a processor's caches hold.
+/// Where the samples of a lane lie. What is read together lies together.
 #[derive(Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 struct LineHead {
@@ -92,6 +93,13 @@ struct LineHead {
     /// Distance between samples, and arc length.
     step_m: f32,
     length_m: f32,
+}
+
+/// What is often asked of the samples of a lane without reading them: they fill more memory than a
+/// processor's caches hold.
+#[derive(Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct Summary {
     /// Least and greatest height.
     low_m: f32,
     high_m: f32,
@@ -101,20 +109,11 @@ struct LineHead {
     tangents: [Vec2; 2],
 }
 
-impl LineHead {
-    /// The head of a lane without a track.
-    fn empty(first: usize) -> LineHead {
-        LineHead { first: first as u32, step_m: 1.0, ..LineHead::zeroed() }
-    }
-
-    /// The head of a lane whose samples begin at `first`, before its curve speeds are known.
-    fn of(first: usize, samples: &[Sample], step_m: f32, length_m: f32) -> LineHead {
+impl Summary {
+    /// Summarises samples whose curve speeds are not known yet.
+    fn of(samples: &[Sample]) -> Summary {
         let heights = || samples.iter().map(|sample| sample.point.z);
-        LineHead {
-            first: first as u32,
-            count: samples.len() as u32,
-            step_m,
-            length_m,
+        Summary {
             low_m: heights().fold(f32::INFINITY, f32::min),
             high_m: heights().fold(f32::NEG_INFINITY, f32::max),
             curve_speed: FASTEST_MPS,
@@ -178,6 +177,7 @@ impl Tracks {
         let usable = |lane: usize| LaneTypes::DRIVABLE.contains(lanes[lane].kind);
         let mut tracks = Tracks {
             lines: Vec::with_capacity(lanes.len()),
+            summaries: Vec::with_capacity(lanes.len()),
             length_m: Vec::with_capacity(lanes.len()),
             limit_mps: limits(network),
             junction: lanes.iter().map(|lane| lane.junction.unwrap_or(NONE)).collect(),
@@ -203,7 +203,9 @@ impl Tracks {
             if usable(lane) {
                 tracks.sample(network, LaneIndex(lane as u32));
             } else {
-                tracks.lines.push(LineHead::empty(tracks.samples.len()));
+                let first = tracks.samples.len() as u32;
+                tracks.lines.push(LineHead { first, step_m: 1.0, ..LineHead::zeroed() });
+                tracks.summaries.push(Summary::zeroed());
                 tracks.length_m.push(0.0);
                 tracks.usable_m.push(0.0);
             }
@@ -221,6 +223,7 @@ impl Tracks {
         let bools = |list: &[bool]| list.iter().copied().map(u8::from).collect::<Vec<u8>>().into();
         vec![
             cast_slice(&self.lines).into(),
+            cast_slice(&self.summaries).into(),
             cast_slice(&self.length_m).into(),
             cast_slice(&self.limit_mps).into(),
             cast_slice(&self.junction).into(),
@@ -250,6 +253,7 @@ impl Tracks {
         // In the order of the file.
         Some(Tracks {
             lines: parts.take()?,
+            summaries: parts.take()?,
             length_m: parts.take()?,
             limit_mps: parts.take()?,
             junction: parts.take()?,
@@ -382,7 +386,10 @@ impl Tracks {
         let (length_m, step_m) = (total as f32, total as f32 / count as f32);
         let first = self.samples.len() - (count + 1);
         self.length_m.push(length_m);
-        self.lines.push(LineHead::of(first, &self.samples[first..], step_m, length_m));
+        let samples = &self.samples[first..];
+        let (begin, count_all) = (first as u32, samples.len() as u32);
+        self.lines.push(LineHead { first: begin, count: count_all, step_m, length_m });
+        self.summaries.push(Summary::of(samples));
         self.set_curvature(index.0);
         let ends = self.next(index.0).is_empty();
         let wide = self.samples[first..].iter().rposition(|at| at.half_width >= NARROW_M);
@@ -414,7 +421,7 @@ impl Tracks {
             ahead = curve.min(brake).min(FASTEST_MPS);
             self.samples[index].curve_speed = ahead;
         }
-        self.lines[lane as usize].curve_speed = ahead;
+        self.summaries[lane as usize].curve_speed = ahead;
         let speeds_mps = self.samples_of(lane).iter().map(|at| at.curve_speed);
         self.top_curve_speed.push(speeds_mps.fold(0.0, f32::max));
     }

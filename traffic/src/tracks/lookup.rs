@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3};
 
-use super::{LineHead, Sample, Tracks};
+use super::{LineHead, Sample, Summary, Tracks};
 
 /// Step of a projection below which it has converged, metres.
 const NEAR_M: f32 = 1e-3;
@@ -68,7 +68,7 @@ impl Tracks {
     /// Returns the samples of a lane that has a track.
     #[inline(always)]
     fn line(&self, lane: u32) -> Line<'_> {
-        let LineHead { first, count, step_m, length_m, .. } = self.lines[lane as usize];
+        let LineHead { first, count, step_m, length_m } = self.lines[lane as usize];
         Line { samples: &self.samples[first as usize..][..count as usize], step_m, length_m }
     }
 
@@ -98,7 +98,7 @@ impl Tracks {
 
     /// Returns whether all of a track lies within `within_m` of a height, with a margin for rounding.
     pub(crate) fn is_level_with(&self, lane: u32, height_m: f32, within_m: f32) -> bool {
-        let LineHead { low_m, high_m, .. } = self.lines[lane as usize];
+        let Summary { low_m, high_m, .. } = self.summaries[lane as usize];
         let within_m = within_m - ROUNDING_M;
         height_m - low_m < within_m && high_m - height_m < within_m
     }
@@ -106,7 +106,7 @@ impl Tracks {
     /// Returns the highest speed at `arc_m` that allows every curve ahead on this lane.
     pub(crate) fn curve_speed_at(&self, lane: u32, arc_m: f32) -> f32 {
         if arc_m <= 0.0 {
-            return self.lines[lane as usize].curve_speed;
+            return self.summaries[lane as usize].curve_speed;
         }
         let (from, to, part) = self.line(lane).at(arc_m);
         from.curve_speed + (to.curve_speed - from.curve_speed) * part
@@ -158,12 +158,12 @@ impl Tracks {
 
     /// Returns the driving direction at the begin of a track.
     pub(crate) fn first_tangent(&self, lane: u32) -> Vec2 {
-        self.lines[lane as usize].tangents[0]
+        self.summaries[lane as usize].tangents[0]
     }
 
     /// Returns the driving direction at the end of a track.
     pub(crate) fn last_tangent(&self, lane: u32) -> Vec2 {
-        self.lines[lane as usize].tangents[1]
+        self.summaries[lane as usize].tangents[1]
     }
 
     /// Returns the arc length and the squared distance of the sample of `lane` nearest to `point`.
