@@ -12,7 +12,10 @@ use crate::{
         cabin,
         cage::{HalfCar, Part, Skin, Surface},
         details, fittings,
-        profile::{Measure, PILLAR, SEAM, SHELL, Silhouette, Skin::Pane},
+        profile::{
+            Measure, PILLAR, SEAM, SHELL, Silhouette,
+            Skin::{Cover, Pane},
+        },
         seals,
     },
     mesh_builder::{FIRST_CAP, LAST_CAP, MeshBuilder},
@@ -125,6 +128,7 @@ fn lofted(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, live
             8 | 9 if shape.is_window(middle) => with(Material::Glass),
             8 | 9 if shape.is_pillar(middle) => with(Material::Plastic),
             11..=13 if shape.skin(middle) == Pane => with(Material::Glass),
+            11..=13 if shape.skin(middle) == Cover => with(Material::Plastic),
             8..=13 => upper,
             _ => usual,
         };

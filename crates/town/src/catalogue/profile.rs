@@ -15,6 +15,8 @@ pub(super) enum Skin {
     Paint,
     /// Windscreen or rear window.
     Pane,
+    /// The cover of a load bed.
+    Cover,
 }
 use Skin::Paint;
 

@@ -2,7 +2,7 @@
 
 use crate::catalogue::profile::{
     Silhouette,
-    Skin::{Paint, Pane},
+    Skin::{Cover, Paint, Pane},
 };
 
 const ROUND_PLAN: &[(f32, f32)] = &[
@@ -196,7 +196,8 @@ pub(super) const WEDGE: Silhouette = Silhouette {
         (0.42, 1.0, Paint),
         (0.445, 0.991, Pane),
         (0.60, 0.875, Paint),
-        (0.62, 0.86, Paint),
+        (0.62, 0.86, Cover),
+        (0.96, 0.66, Paint),
         (0.985, 0.645, Paint),
         (1.0, 0.61, Paint),
     ],
