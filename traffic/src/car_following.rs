@@ -141,7 +141,7 @@ pub(crate) fn taper_m(tracks: &Tracks, lane: u32, half_width_m: f32) -> f32 {
     (0..TAPER_MAX_M).map(|back_m| back_m as f32).find(is_wide).unwrap_or(0.0)
 }
 
-/// Returns the acceleration behind a leader and the vehicle before it, whose gap is the mean of both:
+/// Returns the acceleration behind a leader and the vehicle before it, with the mean gap of both:
 /// the human driver model with anticipation over two vehicles, in which the n-th weighs 1/n²
 /// (Treiber, Kesting and Helbing 2006, equations 11 and 12).
 fn follow(speed: f32, [leader, second]: &[Leader; 2], gap_m: f32, driver: &Driver) -> f32 {

@@ -170,7 +170,7 @@ pub(crate) fn start_u_turns(
     }
 }
 
-/// Starts a U-turn of a row whose route ends with its lane.
+/// Starts a U-turn of a row if its route ends with its lane.
 fn start_u_turn(
     vehicles: &mut VehicleTable,
     (row, lane): (usize, u32),

@@ -110,7 +110,7 @@ struct Summary {
 }
 
 impl Summary {
-    /// Summarises samples whose curve speeds are not known yet.
+    /// Summarises samples before their curve speeds are known.
     fn of(samples: &[Sample]) -> Summary {
         let heights = || samples.iter().map(|sample| sample.point.z);
         Summary {
