@@ -108,7 +108,8 @@ pub(crate) fn control(
         recover::end(vehicle);
         recover::Maneuver::Forward
     } else {
-        recover::decide(vehicle, row, agents, &deviation, &leader, (accel, back_rad), delta_s)
+        let inputs = (accel, back_rad);
+        recover::decide(vehicle, row, (tracks, agents), &deviation, &leader, inputs, delta_s)
     };
     if maneuver == recover::Maneuver::Hold {
         accel = accel.min(-1.0);

@@ -3,8 +3,8 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, obstacles::Footprint,
-    steer::Deviation, vehicle_table::Vehicle,
+    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, obstacles::Footprint, route,
+    steer::Deviation, tracks::Tracks, vehicle_table::Vehicle,
 };
 
 /// Cross-track error beyond which a vehicle is off its track.
@@ -69,7 +69,7 @@ pub(crate) enum Maneuver {
 pub(crate) fn decide(
     vehicle: &mut Vehicle,
     row: usize,
-    agents: &Agents,
+    (tracks, agents): (&Tracks, &Agents),
     deviation: &Deviation,
     leader: &Leader,
     (accel, back_rad): (f32, f32),
@@ -105,7 +105,7 @@ pub(crate) fn decide(
         if may_back(agents, agent, back_rad) {
             vehicle.reverse_s = REVERSE_S;
             vehicle.reverse_count = vehicle.reverse_count.saturating_add(1);
-            vehicle.evasion_side = side_away_from(agents, agent, leader);
+            vehicle.evasion_side = side_away_from(vehicle, tracks, agents, agent, leader);
             return Maneuver::Reverse;
         }
     }
@@ -117,14 +117,28 @@ pub(crate) fn end(vehicle: &mut Vehicle) {
     (vehicle.stuck_s, vehicle.reverse_s) = (0.0, 0.0);
 }
 
-/// Returns the side on which the leader leaves more room: 1 left, −1 right.
-fn side_away_from(agents: &Agents, agent: usize, leader: &Leader) -> f32 {
+/// Returns the side on which the leader leaves more room: 1 left, −1 right. It is that of the route: in
+/// a bend, an oncoming vehicle on the left lane may be to the right of the heading.
+fn side_away_from(
+    vehicle: &Vehicle,
+    tracks: &Tracks,
+    agents: &Agents,
+    agent: usize,
+    leader: &Leader,
+) -> f32 {
     let Some(obstacle) = agents.position.get(leader.agent as usize) else { return 1.0 };
     let body = agents.body[leader.agent as usize];
     let middle = obstacle.truncate()
         + agents.forward[leader.agent as usize] * 0.5 * (body.front_m - body.rear_m);
-    let to = middle - agents.position[agent].truncate();
-    if agents.forward[agent].perp_dot(to) > 0.0 { -1.0 } else { 1.0 }
+    let at = agents.position[agent].truncate();
+    let apart_m = at.distance(middle);
+    let (lane, hint_m) = route::ahead(vehicle, tracks, apart_m);
+    let here = tracks.project(vehicle.route.lane(), at, vehicle.arc_m);
+    let there = tracks.project(lane, middle, hint_m);
+    // As if the route were straight.
+    let to = Vec2::new(apart_m + there.arc_m - hint_m, there.left_m - here.left_m);
+    let heading = Vec2::from_angle(here.tangent.angle_to(agents.forward[agent]));
+    if heading.perp_dot(to) > 0.0 { -1.0 } else { 1.0 }
 }
 
 /// Returns the backward acceleration in reverse.

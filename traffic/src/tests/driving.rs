@@ -252,6 +252,41 @@ fn a_bus_stops_before_the_way_of_an_oncoming_one_through_a_bend() {
     assert_eq!(stops_before_bend_m(80.0), f32::INFINITY, "both have room");
 }
 
+#[test]
+fn a_bus_that_is_blocked_in_a_bend_evades_to_the_side_away_from_an_oncoming_truck() {
+    // The bus turns right, so that the truck on the oncoming lane is to the right of its heading.
+    let (straight_m, radius_m) = (60.0, 25.0);
+    let angle = -0.7_f32;
+    let out = Vec2::from_angle(angle);
+    let across_the_line = Vec2::new(straight_m, radius_m) + out * (radius_m + 0.9);
+    let truck = Car {
+        position: across_the_line.extend(0.0),
+        yaw: angle + std::f32::consts::FRAC_PI_2,
+        parked: true,
+        ..Car::default()
+    };
+    let bus = Car {
+        position: Vec3::new(straight_m + radius_m - 1.75, radius_m + 10.0, 0.0),
+        yaw: -std::f32::consts::FRAC_PI_2,
+        ..Car::default()
+    };
+    let cars = vec![
+        bus.built_as("vehicle.mitsubishi.fusorosa"),
+        truck.built_as("vehicle.carlamotors.firetruck"),
+    ];
+    let network = maps::two_way_loop(f64::from(radius_m), f64::from(straight_m));
+    let mut course = Course::with_cars(network, 1, cars);
+    let has_reversed = |course: &Course| course.planner.state.vehicles[0].reverse_count > 0;
+    for _ in 0..20 * 60 {
+        course.tick();
+        if has_reversed(&course) {
+            break;
+        }
+    }
+    assert!(has_reversed(&course), "it stands before the truck");
+    assert_eq!(course.planner.state.vehicles[0].evasion_side, -1.0);
+}
+
 /// Drives two vehicles of these blueprints into the bend of a two-way road from both ends, the second one
 /// `later_m` farther away, and returns whether both have passed it without touching.
 fn pass_in_bend(radius_m: f32, blueprints: [&str; 2], later_m: f32, is_first: bool) -> bool {
