@@ -158,7 +158,7 @@ fn leader_during_change(vehicle: &Vehicle, row: usize, view: &View, leader: Lead
     let own = view.agents.driven[row];
     let body = view.agents.body[own as usize];
     let mut begins = -vehicle.arc_m - body.front_m;
-    for &lane in vehicle.route.lanes() {
+    for (nth, &lane) in vehicle.route.lanes().iter().enumerate() {
         if begins > vehicle.shift_over_m {
             break;
         }
@@ -167,10 +167,14 @@ fn leader_during_change(vehicle: &Vehicle, row: usize, view: &View, leader: Lead
         if beside == NONE {
             break;
         }
-        // Neighbouring lanes run side by side but may differ in length.
-        let scale = tracks.length(beside) / tracks.length(lane).max(0.1);
-        let from = if begins < 0.0 { vehicle.arc_m * scale } else { f32::NEG_INFINITY };
-        let start = if begins < 0.0 { -vehicle.arc_m * scale - body.front_m } else { begins };
+        let (mut start, mut from) = (begins, f32::NEG_INFINITY);
+        if nth == 0 {
+            // Neighbouring lanes run side by side, but are longer by a part of each curve.
+            let hint_m = vehicle.arc_m * tracks.length(beside) / tracks.length(lane).max(0.1);
+            let place = view.agents.position[own as usize].truncate();
+            from = tracks.project(beside, place, hint_m).arc_m;
+            start = -from - body.front_m;
+        }
         let old = leader::first_ahead(view.occupancy, beside, own, start, from);
         if old.gap_m.is_finite() {
             let (there, _) = route::shift_at(vehicle, old.gap_m.max(0.0));

@@ -146,6 +146,23 @@ pub(super) fn two_lanes() -> Arc<Network> {
     loop_lanes(60.0, 600.0, [2, 2], false, "")
 }
 
+/// Returns a road of two lanes that turns left by a half circle of 30 m around (0, 30), and then runs
+/// 300 m along -x, with lane -1 about y = 61.75 and -2 about y = 65.25.
+pub(super) fn curve_before_straight() -> Arc<Network> {
+    let half_m = 30.0 * std::f64::consts::PI;
+    let lanes: String = [-1, -2].map(|id| driving_lane(id, "")).concat();
+    parse(&format!(
+        r#"<road name="" length="{}" id="1" junction="-1"><planView>
+        <geometry s="0" x="0" y="0" hdg="0" length="{half_m}"><arc curvature="{}"/></geometry>
+        <geometry s="{half_m}" x="0" y="60" hdg="{}" length="300"><line/></geometry></planView>
+        <lanes><laneSection s="0"><center><lane id="0" type="none" level="false"/></center>
+        <right>{lanes}</right></laneSection></lanes></road>"#,
+        half_m + 300.0,
+        1.0 / 30.0,
+        std::f64::consts::PI,
+    ))
+}
+
 /// Returns that loop with the second lane on its first straight alone, where the lane ends at x = 600.
 pub(super) fn ending_lane() -> Arc<Network> {
     loop_lanes(60.0, 600.0, [2, 1], false, "")
@@ -154,6 +171,15 @@ pub(super) fn ending_lane() -> Arc<Network> {
 /// Returns a loop with a lane each way: four quarter circles, with straight roads between them.
 pub(crate) fn two_way_loop(radius_m: f64, straight_m: f64) -> Arc<Network> {
     loop_lanes(radius_m, straight_m, [1, 1], true, "")
+}
+
+/// Returns a lane of 3.5 m that may be left to both sides.
+fn driving_lane(id: i32, link: &str) -> String {
+    format!(
+        r#"<lane id="{id}" type="driving" level="false"><link>{link}</link>
+        <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
+        weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
+    )
 }
 
 /// `lanes` are those of the first road and of the others.
@@ -170,11 +196,7 @@ fn loop_lanes(
         } else {
             String::new()
         };
-        format!(
-            r#"<lane id="{id}" type="driving" level="false"><link>{link}</link>
-            <width sOffset="0" a="3.5" b="0" c="0" d="0"/><roadMark sOffset="0" type="broken"
-            weight="standard" color="standard" width="0.12" laneChange="both"/></lane>"#
-        )
+        driving_lane(id, &link)
     };
     let left = if both_ways { format!("<left>{}</left>", lane(1)) } else { String::new() };
     let right = lanes.map(|count| (1..=count).map(|id| lane(-id)).collect::<String>());

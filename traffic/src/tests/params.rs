@@ -85,6 +85,21 @@ fn a_commanded_lane_change_is_made_once_and_at_once() {
 }
 
 #[test]
+fn a_vehicle_behind_on_the_lane_that_is_left_is_not_ahead_after_a_curve() {
+    // Beyond the curve, the outer lane is 8 m longer than its share of the whole length.
+    let car = |x: f32, speed: f32| {
+        let position = Vec3::new(x, 65.25, 0.0);
+        Car { position, yaw: std::f32::consts::PI, speed, ..Car::default() }
+    };
+    let cars = vec![car(-10.0, 3.0), Car { parked: true, ..car(-3.5, 0.0) }];
+    let mut course = Course::with_cars(maps::curve_before_straight(), 1, cars);
+    course.tick_with(&[turned_for(1, param::CHANGE_NOW, 1.0)]);
+    (0..20 * 15).for_each(|_| course.tick());
+    let at = course.cars[0].position;
+    assert!(at.x < -60.0 && (at.y - 61.75).abs() < 0.2, "{at}");
+}
+
+#[test]
 fn a_commanded_lane_change_is_not_repeated() {
     let mut course = alone(&[turned_for(1, param::CHANGE_NOW, -1.0)], 8);
     // A random change brings it back to the left, where it stays.
