@@ -296,8 +296,9 @@ mod tests {
                 let mut changed = Vec::new();
                 spread.update_list(&mut state, &mut changed, |row, of, changed| {
                     *of += 1;
-                    changed.extend((*of % 3 == 0).then_some(row));
+                    changed.extend((*of % 5 == 0).then_some(row));
                 });
+                assert_eq!(changed.len(), rows / 5);
                 spread.sort(&mut changed, |row| std::cmp::Reverse(*row));
                 spread.groups(&mut changed, |a, b| a / 8 == b / 8, <[usize]>::reverse);
                 let append = |row: usize, to: &mut Vec<usize>| to.extend(0..state[row] % 5);
