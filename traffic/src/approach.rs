@@ -10,6 +10,8 @@ use crate::{
 
 /// Farthest distance from a signal to the junction that it governs.
 const SIGNAL_REACH_M: f32 = 60.0;
+/// Distance from a junction within which a line counts.
+const LINE_REACH_M: f32 = 12.0;
 
 /// What a sign requires of a vehicle that enters a junction.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +32,9 @@ pub(crate) struct Approaches {
     pub(crate) sign: Vec<Sign>,
     /// Distance from the stop line to the start of the lane.
     pub(crate) line_m: Vec<f32>,
+    /// Distance from the line of its traffic light, the last of several, to the start of the lane. It is
+    /// less than `line_m` where vehicles wait farther back, clear of the paths of others.
+    pub(crate) light_line_m: Vec<f32>,
     /// Arc length at which the last conflict area of the lane ends for a vehicle that is not wide, and
     /// for a wide one; 0 without conflicts.
     pub(crate) contested_m: Vec<[f32; 2]>,
@@ -49,6 +54,7 @@ impl Approaches {
             signal: vec![NONE; count],
             sign: vec![Sign::None; count],
             line_m: conflicts.setback_m.clone(),
+            light_line_m: vec![0.0; count],
             contested_m: (0..count as u32).map(|lane| contested_m(conflicts, lane)).collect(),
             minor: vec![false; count],
             beside_signals: vec![false; count],
@@ -104,14 +110,20 @@ impl Approaches {
         }
         for (entry, before_m) in entries {
             let entry = entry as usize;
+            // A stop line farther from the junction would leave the other approaches too little
+            // room.
+            let counts = before_m < LINE_REACH_M;
+            if light {
+                let line_m = if counts { before_m } else { 0.0 };
+                let last_m = &mut self.light_line_m[entry];
+                *last_m = if self.signal[entry] == NONE { line_m } else { last_m.min(line_m) };
+            }
             if light && self.signal[entry] == NONE {
                 self.signal[entry] = index;
             } else if !light && self.sign[entry] != Sign::Stop {
                 self.sign[entry] = sign;
             }
-            // A stop line farther from the junction would leave the other approaches too little
-            // room.
-            if before_m < 12.0 {
+            if counts {
                 self.line_m[entry] = self.line_m[entry].max(before_m);
             }
         }

@@ -29,6 +29,10 @@ const STOP_BRAKE_MPS2: f32 = 5.0;
 /// beyond it.
 const STARTING_MPS: f32 = 2.0;
 
+/// How far beyond the line of a light the front of a vehicle is that is in the way of others there: more
+/// than of one that stands in a queue, which waits with its front over the line.
+const PASSED_M: f32 = 2.0 * BEYOND_M;
+
 /// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;
 
@@ -52,6 +56,9 @@ impl Junctions {
     /// for it: red, or yellow unless the vehicle would come to a stand beyond the line only. It brakes
     /// already, harder than yellow alone would require at last.
     fn must_stop(&self, vehicle: &Vehicle, row: usize, k: usize, view: &View) -> bool {
+        if self.has_passed_line(vehicle, row, k, view) {
+            return false;
+        }
         match self.light(vehicle, row, k, view) {
             light::RED => true,
             light::YELLOW => {
@@ -62,6 +69,19 @@ impl Junctions {
             }
             _ => false,
         }
+    }
+
+    /// Returns whether the front of a vehicle is so far beyond the line of the light before route lane `k`
+    /// that no light stops it any more.
+    pub(super) fn has_passed_line(
+        &self,
+        vehicle: &Vehicle,
+        row: usize,
+        k: usize,
+        view: &View,
+    ) -> bool {
+        let lane = vehicle.route.lanes()[k];
+        self.start(row, k) < view.map.approaches.light_line_m[lane as usize] - PASSED_M
     }
 
     /// Returns whether a vehicle can stop before the line of route lane `k` as a light that turns

@@ -34,7 +34,9 @@ impl Junctions {
         let withdrawn = if vehicle.reservation_idle_s > 4.0 {
             entries.find(|&k| self.start(row, k) > 0.0 || matches!(light(k), light::RED))
         } else {
-            let closed = entries.find(|&k| matches!(light(k), light::RED | light::YELLOW));
+            let closes = |k: usize| matches!(light(k), light::RED | light::YELLOW);
+            let stops = |k: usize| !self.has_passed_line(vehicle, row, k, view);
+            let closed = entries.find(|&k| closes(k) && stops(k));
             // There is no room to stand between the junctions of one way.
             let covers = |k: &usize, closed: usize| self.way_end(vehicle, row, *k, view) > closed;
             closed.and_then(|closed| {

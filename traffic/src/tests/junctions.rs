@@ -78,6 +78,31 @@ fn a_vehicle_that_has_just_started_stops_when_its_light_turns_yellow() {
     assert!(farthest_m < 1.0, "{farthest_m} m beyond its arm");
 }
 
+#[test]
+fn a_vehicle_that_was_held_up_beyond_its_line_leaves_at_red() {
+    let start = before_second_crossing(-2.0, 0.0);
+    // Another one waits at the light of the crossing road.
+    let other = Car { position: Vec3::new(12.0, -1.75, 0.0), parked: true, ..Car::default() };
+    let map = maps::two_crossings_with_line(26.0, 6.0);
+    let mut course = Course::with_cars(map, 3, vec![start.clone(), other]);
+    let mut was_green = false;
+    for _ in 0..20 * 120 {
+        course.tick();
+        was_green |= course.light(1) == light::GREEN;
+        if was_green && course.light(1) == light::RED {
+            break;
+        }
+        course.cars[0] = start.clone();
+        course.snapshot();
+    }
+    assert!(was_green && course.light(1) == light::RED);
+    for _ in 0..20 * 10 {
+        course.tick();
+        assert_ne!(course.light(1), light::GREEN);
+    }
+    assert!(course.cars[0].position.y > 10.0, "it stands at {}", course.cars[0].position);
+}
+
 /// Moves each vehicle that has left the junctions to where its arm begins, when there is room.
 fn begin_again(cars: &mut [Car]) {
     for index in 0..cars.len() {
