@@ -11,7 +11,7 @@ pub(crate) type Box3 = (Vec3, Vec3);
 /// Depth limits of a bottom-level and of a top-level hierarchy. Their sum is the length of the
 /// traversal stack of the shaders (reference.wgsl), which the device clears for every ray and which
 /// is therefore short.
-pub(crate) const DEPTH_MAX: usize = 46;
+pub(crate) const DEPTH_MAX: usize = 33;
 pub(crate) const TOP_DEPTH_MAX: usize = 18;
 
 /// Maximum number of primitives in one leaf.
@@ -128,21 +128,15 @@ impl Hierarchy {
             .collect();
         let mut config =
             if fast { BvhBuildParams::fast_build() } else { BvhBuildParams::medium_build() };
+        if !fast {
+            // Rays take a tenth less time than with 0.05 and 3, the setting's.
+            config.reinsertion_batch_ratio = 0.3;
+            config.collapse_traversal_cost = 1.0;
+        }
         config.max_prims_per_leaf = LEAF_MAX;
         let tree = build_bvh2_from_tris(&triangles, config, &mut Default::default());
         let boxes: Vec<_> = corners.iter().map(bounds).collect();
-        Hierarchy::limited_to_depth(&tree, &boxes, depth_max)
-    }
-
-    /// Converts `tree`. If it is too deep, which happens where many primitives coincide, the nodes
-    /// far below its root are rebuilt by halving.
-    fn limited_to_depth(tree: &Bvh2, boxes: &[Box3], depth_max: usize) -> Hierarchy {
-        let (hierarchy, depth) = flatten(tree, boxes, usize::MAX);
-        if depth <= depth_max {
-            return hierarchy;
-        }
-        let halving_depth = boxes.len().ilog2() as usize + 1;
-        flatten(tree, boxes, depth_max.saturating_sub(halving_depth)).0
+        flatten(&tree, &boxes, depth_max)
     }
 
     /// Appends the nodes to `nodes` and returns the root; the primitives begin at
@@ -171,27 +165,77 @@ pub(crate) fn bounds([a, b, c]: &[Vec3; 3]) -> Box3 {
     (a.min(*b).min(*c), a.max(*b).max(*c))
 }
 
-/// Copies the tree in depth-first order and returns its depth. Inner nodes at `graft_depth` are
-/// replaced by a hierarchy that halves the primitives below them.
-fn flatten(tree: &Bvh2, boxes: &[Box3], graft_depth: usize) -> (Hierarchy, usize) {
+/// Number of levels of inner nodes below a node of a tree, itself included, and number of its primitives.
+#[derive(Clone, Copy, Default)]
+struct Extent {
+    levels: usize,
+    primitives: usize,
+}
+
+impl Extent {
+    /// Returns the extent of each node of a tree.
+    fn all(tree: &Bvh2) -> Vec<Extent> {
+        let mut extents = vec![Extent::default(); tree.nodes.len()];
+        // Parents before children.
+        let mut order = vec![0];
+        let mut at = 0;
+        while let Some(node) = order.get(at).map(|node| &tree.nodes[*node]) {
+            if !node.is_leaf() {
+                let first = node.first_index as usize;
+                order.extend([first, first + 1]);
+            }
+            at += 1;
+        }
+        for at in order.into_iter().rev() {
+            let node = &tree.nodes[at];
+            extents[at] = if node.is_leaf() {
+                Extent { levels: 0, primitives: node.prim_count as usize }
+            } else {
+                let first = node.first_index as usize;
+                let (a, b) = (extents[first], extents[first + 1]);
+                Extent {
+                    levels: 1 + a.levels.max(b.levels),
+                    primitives: a.primitives + b.primitives,
+                }
+            };
+        }
+        extents
+    }
+
+    /// Returns the number of levels of inner nodes of a hierarchy that halves the primitives.
+    fn halved_levels(self) -> usize {
+        let leaves = self.primitives.div_ceil(LEAF_MAX as usize);
+        leaves.next_power_of_two().ilog2() as usize
+    }
+}
+
+/// Copies the tree in depth-first order. Where it is deeper than `depth_max`, which happens where many
+/// primitives coincide, the smallest parts that can be mended are replaced by hierarchies that halve their
+/// primitives.
+fn flatten(tree: &Bvh2, boxes: &[Box3], depth_max: usize) -> Hierarchy {
+    let extents = Extent::all(tree);
     let mut nodes: Vec<Node> = Vec::with_capacity(tree.nodes.len() / 2);
     let mut order = Vec::with_capacity(boxes.len());
     let mut root = Link::EMPTY;
-    let mut depth_max = 0;
-    // Each entry: node of the tree, index of its parent in `nodes`, which child it is, and its
-    // depth.
-    let mut stack = vec![(0usize, usize::MAX, 0, 1)];
-    while let Some((at, parent, side, depth)) = stack.pop() {
+    // Each entry: node of the tree, index of its parent in `nodes`, which child it is, and the levels
+    // above it.
+    let mut stack = vec![(0usize, usize::MAX, 0, 0)];
+    while let Some((at, parent, side, above)) = stack.pop() {
         let node = &tree.nodes[at];
-        let is_rebuilt = !node.is_leaf() && depth >= graft_depth;
+        let first = node.first_index as usize;
+        let is_lost = |child: usize| {
+            above + 1 + extents[child].levels > depth_max
+                && above + 1 + extents[child].halved_levels() > depth_max
+        };
+        let is_rebuilt = !node.is_leaf() && (is_lost(first) || is_lost(first + 1));
         let own = if is_rebuilt {
-            let first = order.len();
+            let begin = order.len();
             collect(tree, node, &mut order);
-            halve(boxes, &mut nodes, &mut order[first..], first).0
+            halve(boxes, &mut nodes, &mut order[begin..], begin).0
         } else if node.is_leaf() {
-            let first = order.len() as u32;
+            let begin = order.len() as u32;
             collect(tree, node, &mut order);
-            Link::leaf(first, node.prim_count)
+            Link::leaf(begin, node.prim_count)
         } else {
             Link(nodes.len() as u32)
         };
@@ -203,14 +247,12 @@ fn flatten(tree: &Bvh2, boxes: &[Box3], graft_depth: usize) -> (Hierarchy, usize
         if is_rebuilt || node.is_leaf() {
             continue;
         }
-        depth_max = depth_max.max(depth);
-        let first = node.first_index as usize;
         let [a, b] = [tree.nodes[first].aabb, tree.nodes[first + 1].aabb];
-        stack.push((first + 1, nodes.len(), 1, depth + 1));
-        stack.push((first, nodes.len(), 0, depth + 1));
+        stack.push((first + 1, nodes.len(), 1, above + 1));
+        stack.push((first, nodes.len(), 0, above + 1));
         nodes.push(node_of(a.min.to_vec3(), a.max.to_vec3(), b.min.to_vec3(), b.max.to_vec3()));
     }
-    (Hierarchy { nodes, root, order }, depth_max)
+    Hierarchy { nodes, root, order }
 }
 
 /// Appends the primitives below a node of the tree to `order`.
@@ -294,6 +336,39 @@ pub(crate) fn count(nodes: &[Node], link: Link, depth: usize, seen: &mut Vec<u32
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn only_what_is_too_deep_is_halved() {
+        // A plane, and triangles towards a point, each half as large as the one before: one per level.
+        let plane = (0..2000).map(|i| (Vec3::new((1 + i % 50) as f32, (i / 50) as f32, 0.0), 1.0));
+        let point = (0..60).map(|i| 0.5f32.powi(i)).map(|size| (Vec3::splat(-size), size));
+        let corners: Vec<[Vec3; 3]> = plane
+            .chain(point)
+            .map(|(at, size)| [at, at + Vec3::X * size, at + Vec3::Y * size])
+            .collect();
+        let built = |depth_max| {
+            let hierarchy = Hierarchy::over_triangles_serial(&corners, depth_max, false);
+            let mut seen = Vec::new();
+            let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
+            assert!(depth <= depth_max, "depth {depth} of {depth_max}");
+            let mut order = hierarchy.order.clone();
+            order.sort_unstable();
+            assert!(order == (0..2060).collect::<Vec<_>>() && seen.len() == 2060);
+            let boxes = |node: &Node| {
+                bytemuck::cast_slice::<f32, u32>(
+                    &[node.low0, node.high0, node.low1, node.high1].concat(),
+                )
+                .to_vec()
+            };
+            (depth, hierarchy.nodes.iter().map(boxes).collect::<Vec<_>>())
+        };
+        let (depth, free) = built(200);
+        assert!(depth > 20, "{depth}");
+        let (_, limited) = built(depth - 3);
+        let kept = limited.iter().filter(|node| free.contains(node)).count();
+        assert!(kept + 20 > free.len(), "{kept} of {} nodes", free.len());
+        built(11);
+    }
 
     #[test]
     fn halving_keeps_every_triangle_inside_its_leaf() {

@@ -16,7 +16,7 @@ use crate::{
 };
 
 /// Links on the stack of the shaders (`stack` in reference.wgsl).
-const STACK: usize = 64;
+const STACK: usize = 51;
 
 const _: () = assert!(DEPTH_MAX + TOP_DEPTH_MAX <= STACK);
 // `materials` and `reflectivities` of the shaders have 40 entries, `code` is at most 39.
@@ -248,7 +248,7 @@ mod tests {
                 scene.nodes.push(Node { child0, child1: Link::EMPTY, ..scene.nodes[3] });
             }
         });
-        assert!(deep.contains("is deeper than 46"), "{deep}");
+        assert!(deep.contains("is deeper than 33"), "{deep}");
     }
 
     #[test]

@@ -58,7 +58,7 @@ fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
 // Links to visit: those of the top level, and above them those of the bottom level that is being
 // traversed. One stack serves both, outside of all functions, since a variable of a function would
 // be zeroed at every call. Its length is DEPTH_MAX + TOP_DEPTH_MAX of bvh.rs.
-var<private> stack: array<u32, 64>;
+var<private> stack: array<u32, 51>;
 
 // Traverses a bottom-level hierarchy with the stack from `floor` on; with `any`, stops at the first
 // triangle that is hit.
