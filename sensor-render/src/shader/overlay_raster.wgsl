@@ -56,7 +56,8 @@ fn enter_widened(low: vec3f, high: vec3f, ray: Ray, inverse: vec3f, pixel: f32) 
     let half = length(high - low) * 0.5;
     let far = length((low + high) * 0.5 - ray.origin) + half;
     let more = bitcast<f32>(overlay[0].x) * pixel * far;
-    return enter(low - more, high + more, -ray.origin * inverse, inverse, FAR_AWAY) < FAR_AWAY;
+    let range = enter(low - more, high + more, -ray.origin * inverse, inverse, FAR_AWAY);
+    return range.x <= range.y;
 }
 
 fn meet_capsules(ray: Ray, pixel: f32) -> Fragment {

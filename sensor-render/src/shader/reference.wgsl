@@ -26,16 +26,18 @@ fn inverse_of(direction: vec3f) -> vec3f {
     return 1.0 / select(direction, tiny, abs(direction) < vec3f(1e-12));
 }
 
-// Returns the ray parameter at which the ray enters the box before t_max, or FAR_AWAY; `offset` is
-// -origin * inverse, which makes one operation of a difference and a product.
-fn enter(low: vec3f, high: vec3f, offset: vec3f, inverse: vec3f, t_max: f32) -> f32 {
-    let a = fma(low, inverse, offset);
-    let b = fma(high, inverse, offset);
+// Returns the ray parameters at which the ray enters and leaves the box, between 0 and t_max; it meets the box
+// if the first is at most the second. `offset` is -origin * inverse, which makes one operation of a difference and
+// a product. The numbers are compared as integers, of which devices compare three at once: that is the order of
+// floats unless both are negative, and a box with a negative end is missed in any order.
+fn enter(low: vec3f, high: vec3f, offset: vec3f, inverse: vec3f, t_max: f32) -> vec2i {
+    let a = bitcast<vec3i>(fma(low, inverse, offset));
+    let b = bitcast<vec3i>(fma(high, inverse, offset));
     let first = min(a, b);
     let last = max(a, b);
-    let near = max(max(first.x, first.y), max(first.z, 0.0));
-    let far = min(min(last.x, last.y), min(last.z, t_max));
-    return select(FAR_AWAY, near, near <= far);
+    return vec2i(
+        max(max(max(first.x, first.y), first.z), 0),
+        min(min(min(last.x, last.y), last.z), bitcast<i32>(t_max)));
 }
 
 fn meet(index: u32, ray: Ray, instance: u32, hit: ptr<function, Hit>) {
@@ -84,22 +86,24 @@ fn traverse_blas(
             let b = nodes[link * 4u + 1u];
             let c = nodes[link * 4u + 2u];
             let d = nodes[link * 4u + 3u];
-            let near0 = enter(a.xyz, b.xyz, offset, inverse, (*hit).t);
-            let near1 = enter(c.xyz, d.xyz, offset, inverse, (*hit).t);
+            let range0 = enter(a.xyz, b.xyz, offset, inverse, (*hit).t);
+            let range1 = enter(c.xyz, d.xyz, offset, inverse, (*hit).t);
+            let meets0 = range0.x <= range0.y;
+            let meets1 = range1.x <= range1.y;
             let child0 = bitcast<u32>(a.w);
             let child1 = bitcast<u32>(b.w);
-            if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
-                let straight = near0 <= near1;
+            if (meets0 && meets1) {
+                let straight = range0.x <= range1.x;
                 stack[height] = select(child0, child1, straight);
                 height++;
                 link = select(child1, child0, straight);
                 continue;
             }
-            if (near0 < FAR_AWAY) {
+            if (meets0) {
                 link = child0;
                 continue;
             }
-            if (near1 < FAR_AWAY) {
+            if (meets1) {
                 link = child1;
                 continue;
             }
@@ -149,22 +153,24 @@ fn closest(ray: Ray, t_max: f32, any: bool) -> Hit {
             let b = top_nodes[link * 4u + 1u];
             let c = top_nodes[link * 4u + 2u];
             let d = top_nodes[link * 4u + 3u];
-            let near0 = enter(a.xyz, b.xyz, offset, inverse, hit.t);
-            let near1 = enter(c.xyz, d.xyz, offset, inverse, hit.t);
+            let range0 = enter(a.xyz, b.xyz, offset, inverse, hit.t);
+            let range1 = enter(c.xyz, d.xyz, offset, inverse, hit.t);
+            let meets0 = range0.x <= range0.y;
+            let meets1 = range1.x <= range1.y;
             let child0 = bitcast<u32>(a.w);
             let child1 = bitcast<u32>(b.w);
-            if (near0 < FAR_AWAY && near1 < FAR_AWAY) {
-                let straight = near0 <= near1;
+            if (meets0 && meets1) {
+                let straight = range0.x <= range1.x;
                 stack[height] = select(child0, child1, straight);
                 height++;
                 link = select(child1, child0, straight);
                 continue;
             }
-            if (near0 < FAR_AWAY) {
+            if (meets0) {
                 link = child0;
                 continue;
             }
-            if (near1 < FAR_AWAY) {
+            if (meets1) {
                 link = child1;
                 continue;
             }
