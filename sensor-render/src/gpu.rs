@@ -50,6 +50,8 @@ pub struct GpuTracer {
     timer: Option<Timer>,
     /// Imported payloads by address; `None` while imports are not allowed.
     imported: Option<BTreeMap<usize, Import>>,
+    /// Batch of the last frame, for its memory: fresh pages cost as much as what is written to them.
+    spare: Batch,
 }
 
 /// Runs a kernel, if there is one, in rows of workgroups.
@@ -94,7 +96,8 @@ impl GpuTracer {
         gpu.check()?;
         let readback = Readback::default();
         let timer = Timer::new(&gpu.device, &gpu.queue);
-        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, imported: None }))
+        let (imported, spare) = (None, Batch::default());
+        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, imported, spare }))
     }
 
     /// Returns the name of the adapter.
@@ -151,7 +154,7 @@ impl GpuTracer {
         self.gpu.check()?;
         let limits = self.gpu.device.limits();
         let bytes_max = limits.max_storage_buffer_binding_size.min(BATCH_BYTES_MAX) & !255;
-        let batches = batches(scene, world, jobs, bytes_max)?;
+        let batches = batches(scene, world, jobs, bytes_max, std::mem::take(&mut self.spare))?;
         self.resources.upload_scene(&self.gpu, scene)?;
         for world in std::iter::once(world).chain(world.all_slices()) {
             bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
@@ -173,6 +176,7 @@ impl GpuTracer {
         while !in_flight.is_empty() {
             self.finish_readback(in_flight.pop_front(), jobs)?;
         }
+        self.spare = batches.into_iter().next().unwrap_or_default();
         self.gpu.check()
     }
 

@@ -50,22 +50,30 @@ pub(crate) struct GpuCamera {
     pub(crate) image_radius_max: f32,
     pub(crate) film: u32,
     pub(crate) development: u32,
-    pub(crate) rain: Rainfall,
-    /// View in the previous frame; w of the origin: 1 if the camera has moved since.
-    pub(crate) before_origin: [f32; 4],
-    pub(crate) before_forward: [f32; 4],
-    pub(crate) before_right: [f32; 4],
-    pub(crate) before_down: [f32; 4],
     pub(crate) normal: u32,
     pub(crate) flow: u32,
-    pub(crate) reserved: [u32; 2],
+    /// Number in [`Batch::rainfalls`]; [`NONE`]: nothing falls before the camera.
+    pub(crate) rainfall: u32,
+    /// Number in [`Batch::views_before`]; [`NONE`] without normals and optical flow.
+    pub(crate) view_before: u32,
 }
 
-const _: () = assert!(size_of::<GpuCamera>() == 560);
+const _: () = assert!(size_of::<GpuCamera>() == 192);
+
+/// View of a camera in the previous frame. Twin of `ViewBefore` in scene.wgsl.
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+#[repr(C)]
+pub(crate) struct ViewBefore {
+    /// w: 1 if the camera has moved since.
+    origin: [f32; 4],
+    forward: [f32; 4],
+    right: [f32; 4],
+    down: [f32; 4],
+}
 
 impl GpuCamera {
     /// Returns whether the camera measures normals or optical flow.
-    fn has_surfaces(&self) -> bool {
+    pub(crate) fn has_surfaces(&self) -> bool {
         self.normal != NONE || self.flow != NONE
     }
 }
@@ -143,12 +151,16 @@ pub(crate) struct Batch {
     pub(crate) film_len: u64,
     /// Effects of the cameras that have some, in their order.
     pub(crate) developments: Vec<Development>,
+    /// Rain and spray of the cameras before which some falls.
+    pub(crate) rainfalls: Vec<Rainfall>,
+    /// Views in the previous frame of the cameras that measure normals or optical flow.
+    pub(crate) views_before: Vec<ViewBefore>,
     /// Numbers of workgroups of the camera, lidar and packing passes.
     pub(crate) groups: [u32; 3],
 }
 
 /// Checks the jobs, writes their tables of planes, and distributes their sensors to batches with at
-/// most `bytes_max` bytes of output each.
+/// most `bytes_max` bytes of output each. The first batch uses the memory of `spare`.
 ///
 /// # Errors
 /// [`TraceError`] if a job is invalid or one sensor exceeds `bytes_max`.
@@ -157,8 +169,9 @@ pub(crate) fn batches(
     world: &World,
     jobs: &mut [BundleJob],
     bytes_max: u64,
+    spare: Batch,
 ) -> Result<Vec<Batch>, TraceError> {
-    let mut batches = vec![Batch::default()];
+    let mut batches = vec![spare.emptied()];
     let light = world.light();
     for (job_index, job) in jobs.iter_mut().enumerate() {
         let planes = outputs::check(job)?;
@@ -208,6 +221,14 @@ pub(crate) fn batches(
 }
 
 impl Batch {
+    /// Returns an empty batch with the memory for cameras of this one.
+    fn emptied(self) -> Batch {
+        let Batch { mut cameras, mut windows, .. } = self;
+        cameras.clear();
+        windows.clear();
+        Batch { cameras, windows, ..Batch::default() }
+    }
+
     fn add_text_places(&mut self, camera: &Camera, texts: &[Text]) {
         let place = |text: &Text| {
             let to = Vec3::from(text.at) - camera.origin;
@@ -229,8 +250,11 @@ impl Batch {
         let tag = plane(output::TAG);
         let color = plane(output::COLOR);
         let [film, development] = self.add_film(world, camera, light, color != NONE);
-        let before = camera.before.unwrap_or_else(|| camera.view());
-        let has_moved = f32::from(u8::from(camera.before.is_some()));
+        let [normal, flow] = [output::NORMAL, output::FLOW].map(&plane);
+        let rainfall = (!camera.rain.is_none()).then_some(camera.rain);
+        let rainfall = number_of(&mut self.rainfalls, rainfall);
+        let view = (normal != NONE || flow != NONE).then(|| view_before(camera));
+        let view_before = number_of(&mut self.views_before, view);
         self.cameras.push(GpuCamera {
             origin: extended(camera.origin, camera.pixel),
             forward: extended(camera.forward, 0.0),
@@ -251,14 +275,11 @@ impl Batch {
             samples: camera.quality.samples().len() as u32,
             film,
             development,
-            rain: camera.rain,
             pixel: [camera.pixel, camera.pixel_down],
-            before_origin: extended(before.origin, has_moved),
-            before_forward: extended(before.forward, 0.0),
-            before_right: extended(before.right, 0.0),
-            before_down: extended(before.down, 0.0),
-            normal: plane(output::NORMAL),
-            flow: plane(output::FLOW),
+            normal,
+            flow,
+            rainfall,
+            view_before,
             ..lens_of(camera)
         });
         self.groups[0] += across * camera.height.div_ceil(8);
@@ -359,7 +380,7 @@ impl Batch {
 
     /// Returns whether drops or spray are before a camera.
     pub(crate) fn has_rain(&self) -> bool {
-        self.cameras.iter().any(|camera| !camera.rain.is_none())
+        !self.rainfalls.is_empty()
     }
 
     /// Returns whether a camera measures optical flow.
@@ -431,6 +452,23 @@ fn lens_of(camera: &Camera) -> GpuCamera {
         radius_max: lens.radius_max,
         image_radius_max: lens.image_radius_max,
         ..GpuCamera::zeroed()
+    }
+}
+
+/// Appends an element, if there is one, and returns its number.
+fn number_of<T>(elements: &mut Vec<T>, element: Option<T>) -> u32 {
+    let Some(element) = element else { return NONE };
+    elements.push(element);
+    elements.len() as u32 - 1
+}
+
+fn view_before(camera: &Camera) -> ViewBefore {
+    let before = camera.before.unwrap_or_else(|| camera.view());
+    ViewBefore {
+        origin: extended(before.origin, f32::from(u8::from(camera.before.is_some()))),
+        forward: extended(before.forward, 0.0),
+        right: extended(before.right, 0.0),
+        down: extended(before.down, 0.0),
     }
 }
 

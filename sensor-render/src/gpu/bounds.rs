@@ -137,6 +137,11 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
         within("instances", instance, pixels, words)?;
         within("normals", camera.normal, pixels * 3, words)?;
         within("flows", camera.flow, pixels * 2, words)?;
+        within("rainfalls", camera.rainfall, 1, batch.rainfalls.len() as u64)?;
+        within("views", camera.view_before, 1, batch.views_before.len() as u64)?;
+        if camera.has_surfaces() && camera.view_before == NONE {
+            return Err("a camera with normals or optical flow has no view before".into());
+        }
         if tag != NONE {
             within("packed tags", tag, pixels.div_ceil(64) * 16, words)?;
             within("tags", first_tag, pixels, tags)?;
@@ -263,6 +268,8 @@ mod tests {
             tag: NONE,
             normal: NONE,
             flow: NONE,
+            rainfall: NONE,
+            view_before: NONE,
             film: NONE,
             development: NONE,
             ..GpuCamera::zeroed()

@@ -10,7 +10,7 @@ use wgpu::{
 
 /// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
 /// overlay_raster.wgsl, lamplight.wgsl and develop.wgsl).
-pub(crate) const BINDINGS: usize = 19;
+pub(crate) const BINDINGS: usize = 21;
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),

@@ -75,6 +75,8 @@ mod at {
     pub(super) const CORNER_NORMALS: usize = 16;
     pub(super) const FILMS: usize = 17;
     pub(super) const DEVELOPMENTS: usize = 18;
+    pub(super) const RAINFALLS: usize = 19;
+    pub(super) const VIEWS_BEFORE: usize = 20;
 }
 
 impl GpuResources {
@@ -196,6 +198,8 @@ impl GpuResources {
         self.upload(gpu, at::LIDARS, bytemuck::cast_slice(&batch.lidars));
         self.upload(gpu, at::CIRCLES, bytemuck::cast_slice(&batch.circles));
         self.upload(gpu, at::DEVELOPMENTS, bytemuck::cast_slice(&batch.developments));
+        self.upload(gpu, at::RAINFALLS, bytemuck::cast_slice(&batch.rainfalls));
+        self.upload(gpu, at::VIEWS_BEFORE, bytemuck::cast_slice(&batch.views_before));
         self.grow(gpu, at::FILMS, batch.film_len * 16);
         self.grow(gpu, at::TAGS, u64::from(batch.tag_len) * 4);
         self.grow(gpu, at::OUT, batch.byte_len);

@@ -122,7 +122,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         seen[own] = name;
         shared_[own] = radiance;
         var color = with_shadows(radiance, ray, hit, sample, frame.sky_directions[number].xyz);
-        if (HAS_RAIN) {
+        if (HAS_RAIN && cameras[index].rainfall != NONE) {
             color = in_rain(index, color, ray, hit.t);
         }
         if (HAS_EFFECTS) {

@@ -6,18 +6,19 @@ const LAYERS_M = vec4f(0.8, 1.5, 2.9, 5.5);
 const DIAMETERS_M = vec2f(0.001, 0.0035);
 const FLATNESS = 0.8;
 
-// Radiance along a ray with what drops and spray before `t` add and hide.
-fn in_rain(index: u32, radiance: vec3f, ray: Ray, distance: f32) -> vec3f {
+// Radiance along a ray of a camera with what drops and spray before `t` add and hide.
+fn in_rain(camera: u32, radiance: vec3f, ray: Ray, distance: f32) -> vec3f {
+    let index = cameras[camera].rainfall;
     var color = radiance;
     let t = min(distance, 1e4);
-    for (var number = 0u; number < cameras[index].puff_count; number++) {
-        let depth = optical_depth(cameras[index].puffs[number], ray, t);
+    for (var number = 0u; number < rainfalls[index].puff_count; number++) {
+        let depth = optical_depth(rainfalls[index].puffs[number], ray, t);
         let growth = 1.0 + depth * (1.0 + depth * (0.5 + 0.2 * depth));
         let mist = ambient(0.4) + frame.sun_color.xyz * 0.06;
         color = mix(color, mist, 1.0 - 1.0 / growth);
     }
-    if (cameras[index].chances.w > 0.0) {
-        color = mix(color, ambient(0.5), streaks(index, ray.direction, t));
+    if (rainfalls[index].chances.w > 0.0) {
+        color = mix(color, ambient(0.5), streaks(camera, ray.direction, t));
     }
     return color;
 }
@@ -48,18 +49,19 @@ fn in_half_axes(puff: Puff, v: vec3f) -> vec3f {
 }
 
 // Opacity of the streaks in front of what lies at `t`.
-fn streaks(index: u32, d: vec3f, t: f32) -> f32 {
+fn streaks(camera: u32, d: vec3f, t: f32) -> f32 {
+    let index = cameras[camera].rainfall;
     let size = abs(d);
     let by_x = size.x >= size.y && size.x >= size.z;
     let by_y = !by_x && size.y >= size.z;
     // The dominant axis last.
     let turned = select(select(d, d.xzy, by_y), d.yzx, by_x);
-    let way_of = cameras[index].streak;
+    let way_of = rainfalls[index].streak;
     let ways = select(select(way_of, way_of.xzy, by_y), way_of.yzx, by_x);
     let axis = turned.z;
     let flip = select(-1.0, 1.0, axis >= 0.0);
     let place = turned.xy * (flip / axis);
-    let per_cell = cameras[index].per_cell;
+    let per_cell = rainfalls[index].per_cell;
     let way = (ways.xy - place * (ways.z * flip)) * per_cell;
     let squared = max(dot(way, way), 1e-6);
     let long = sqrt(squared);
@@ -69,18 +71,18 @@ fn streaks(index: u32, d: vec3f, t: f32) -> f32 {
     var layers = LAYERS_M;
     for (var layer = 0u; layer < 4u; layer++) {
         let distance = layers[layer];
-        let chance = cameras[index].chances[layer];
+        let chance = rainfalls[index].chances[layer];
         let at = place * (distance * per_cell);
         let cell = floor(at);
         let inside = at - cell;
         let left = cell_of(cell.x);
         let low = cell_of(cell.y);
-        let side = cameras[index].origin.w * distance;
+        let side = cameras[camera].origin.w * distance;
         if (distance >= reached) {
             continue;
         }
         for (var drop = 0u; drop < DROPS_PER_CELL; drop++) {
-            let seed = cameras[index].drops_seed ^ ((layer * DROPS_PER_CELL + drop) * 0x9e3779b9u);
+            let seed = rainfalls[index].drops_seed ^ ((layer * DROPS_PER_CELL + drop) * 0x9e3779b9u);
             let where_ = hash_of(left, low, seed);
             let other = hash_of(low, left, seed ^ 0x5bd1e995u);
             if (f32(other >> 16u) * (1.0 / 65536.0) >= chance) {

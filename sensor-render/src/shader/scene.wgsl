@@ -85,25 +85,32 @@ struct Camera {
     // Of a camera with effects: offset of its film in `films`, and its number in `developments`; NONE for others.
     film: u32,
     development: u32,
-    // Rain and spray: see Rainfall in rain.rs.
+    // Offsets of further planes in words of `bytes_out`, as above.
+    normal: u32,
+    flow: u32,
+    // Numbers in `rainfalls` and `views_before`; NONE without.
+    rainfall: u32,
+    view_before: u32,
+}
+
+// Rain and spray before a camera: see Rainfall in rain.rs.
+struct Rainfall {
     streak: vec3f,
     per_cell: f32,
     chances: vec4f,
     drops_seed: u32,
     puff_count: u32,
-    rain_reserved0: u32,
-    rain_reserved1: u32,
+    reserved0: u32,
+    reserved1: u32,
     puffs: array<Puff, 8>,
-    // View in the previous frame; w of the origin: 1 if the camera has moved since.
-    before_origin: vec4f,
-    before_forward: vec4f,
-    before_right: vec4f,
-    before_down: vec4f,
-    // Offsets of further planes in words of `bytes_out`, as above.
-    normal: u32,
-    flow: u32,
-    surface_reserved0: u32,
-    surface_reserved1: u32,
+}
+
+// View of a camera in the previous frame; w of the origin: 1 if the camera has moved since.
+struct ViewBefore {
+    origin: vec4f,
+    forward: vec4f,
+    right: vec4f,
+    down: vec4f,
 }
 
 struct Lidar {
@@ -162,6 +169,8 @@ struct Lidar {
 @group(0) @binding(10) var<storage, read_write> bytes_out: array<u32>;
 // Normals at the corners of the triangles after those of the town: see CornerNormals in smooth.rs.
 @group(0) @binding(16) var<storage, read> corner_normals: array<vec4u>;
+@group(0) @binding(19) var<storage, read> rainfalls: array<Rainfall>;
+@group(0) @binding(20) var<storage, read> views_before: array<ViewBefore>;
 
 // Number of the workgroup, counted through all rows of the dispatch.
 fn group_number(group: vec3u) -> u32 {

@@ -31,7 +31,8 @@ fn sensor_normal(index: u32, ray: Ray, hit: Hit) -> vec3f {
 
 // Motion in the image since the previous frame. Pixels.
 fn flow_of(index: u32, ray: Ray, hit: Hit) -> vec2f {
-    var has_moved = cameras[index].before_origin.w != 0.0;
+    let view = cameras[index].view_before;
+    var has_moved = views_before[view].origin.w != 0.0;
     let is_hit = hit.triangle != NONE;
     var point = cameras[index].origin.xyz + ray.direction * hit.t;
     if (is_hit && hit.instance != NONE && frame.town.y != 0u) {
@@ -47,11 +48,11 @@ fn flow_of(index: u32, ray: Ray, hit: Hit) -> vec2f {
         return vec2f(0.0);
     }
     // The sky is at infinity: only its direction changes.
-    let to = select(ray.direction, point - cameras[index].before_origin.xyz, is_hit);
+    let to = select(ray.direction, point - views_before[view].origin.xyz, is_hit);
     let forward = cameras[index].forward.xyz;
     let now = projected(index, forward, cameras[index].right.xyz, cameras[index].down.xyz, ray.direction, 0.0);
-    let before = projected(index, cameras[index].before_forward.xyz, cameras[index].before_right.xyz,
-        cameras[index].before_down.xyz, to, NEAR_M);
+    let before = projected(index, views_before[view].forward.xyz, views_before[view].right.xyz,
+        views_before[view].down.xyz, to, NEAR_M);
     return select(vec2f(0.0), now.xy - before.xy, now.z * before.z > 0.0);
 }
 
