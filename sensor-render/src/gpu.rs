@@ -2,9 +2,10 @@
 //!
 //! One submission measures a batch of sensors: one dispatch for the pixels of all cameras, three
 //! that develop the films of those with effects, one for debug shapes, one for the beams of all
-//! lidars, and one that packs tags into bytes. The device writes into its own memory; its copy
-//! engine then copies the bytes into the subscriber's memory if that can be imported, else into a
-//! staging buffer from which the CPU copies them.
+//! lidars, and one that packs tags into bytes. If all are cameras of one payload in a subscriber's
+//! memory that can be imported, the shaders write into it. Else the device writes into its own memory, and its copy
+//! engine copies the bytes into the subscribers' memory, or into a staging buffer from which the CPU
+//! copies them.
 
 mod batch;
 mod bounds;
@@ -22,8 +23,8 @@ mod top_levels;
 use std::collections::{BTreeMap, VecDeque};
 
 use wgpu::{
-    Buffer, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor, ComputePipeline,
-    PollType, SubmissionIndex,
+    BindGroup, Buffer, BufferBinding, CommandEncoder, CommandEncoderDescriptor, ComputePass,
+    ComputePassDescriptor, ComputePipeline, PollType, SubmissionIndex,
 };
 
 use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
@@ -71,6 +72,19 @@ struct Import {
     len: usize,
     /// `None` if the driver refused the import.
     buffer: Option<Buffer>,
+    /// Bind group of the shaders that write into it.
+    direct: Option<Direct>,
+}
+
+/// How shaders write into a payload.
+#[derive(Clone, Debug)]
+struct Direct {
+    /// Of the resources when the group was made.
+    generation: u64,
+    /// Of the batch that was written last.
+    layout_hash: u64,
+    window: Window,
+    group: BindGroup,
 }
 
 /// Submitted batch.
@@ -191,14 +205,19 @@ impl GpuTracer {
         self.resources.upload_batch(&self.gpu, scene, world, batch);
         let descriptor = CommandEncoderDescriptor { label: Some("batch") };
         let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
-        if self.resources.layout_changed(batch) {
+        let direct = self.direct_group(batch, jobs, &mut encoder);
+        if direct.is_none() && self.resources.layout_changed(batch) {
             encoder.clear_buffer(self.resources.out(), 0, None);
         }
         let (timed, timestamp_writes) = self.timer.as_mut().map(Timer::begin_batch).unzip();
         {
             let descriptor = ComputePassDescriptor { label: Some("rays"), timestamp_writes };
             let mut pass = encoder.begin_compute_pass(&descriptor);
-            pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
+            let group = match &direct {
+                Some(group) => group,
+                None => self.resources.group(&self.gpu, &self.kernels),
+            };
+            pass.set_bind_group(0, group, &[]);
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
             let has_rain = batch.has_rain();
@@ -247,10 +266,14 @@ impl GpuTracer {
         }
         let out = self.resources.out().clone();
         let mut staged = Vec::new();
-        for window in &batch.windows {
+        let copied = if direct.is_some() { &[][..] } else { &batch.windows };
+        for window in copied {
             let whole = (window.end - window.begin).next_multiple_of(4);
             match self.imported_payload(jobs[window.job].out) {
-                Some(payload) if window.begin + whole <= payload.size() => {
+                Some(Import { buffer: Some(payload), direct, .. })
+                    if window.begin + whole <= payload.size() =>
+                {
+                    *direct = None;
                     encoder.copy_buffer_to_buffer(&out, window.base, payload, window.begin, whole);
                 }
                 _ => staged.push(*window),
@@ -300,9 +323,49 @@ impl GpuTracer {
         Ok(())
     }
 
-    /// Returns the payload as a buffer of the device, if imports are allowed and the driver accepts
-    /// it.
-    fn imported_payload(&mut self, out: &mut [u8]) -> Option<&Buffer> {
+    /// Returns the bind group with which the shaders write a batch of cameras into its only payload; `None` if
+    /// it has several, or one that is not imported, or lidars.
+    fn direct_group(
+        &mut self,
+        batch: &Batch,
+        jobs: &mut [BundleJob],
+        encoder: &mut CommandEncoder,
+    ) -> Option<BindGroup> {
+        let [window] = batch.windows[..] else { return None };
+        if !batch.lidars.is_empty() {
+            // Words of points lie apart, and each would cross the bus alone: that takes ten times a copy.
+            return None;
+        }
+        let alignment = self.gpu.device.limits().min_storage_buffer_offset_alignment;
+        if !window.begin.is_multiple_of(alignment.into()) {
+            return None;
+        }
+        let out = &mut *jobs[window.job].out;
+        let address = out.as_ptr().addr();
+        self.imported_payload(out)?;
+        let Import { buffer, direct, .. } = self.imported.as_mut()?.get_mut(&address)?;
+        let payload =
+            buffer.as_ref().filter(|payload| window.begin + batch.byte_len <= payload.size())?;
+        let (generation, layout_hash) = (self.resources.generation(), batch.layout_hash());
+        let known = direct
+            .take()
+            .filter(|known| known.window == window && known.layout_hash == layout_hash);
+        if known.is_none() {
+            // Stale bytes may lie between the planes.
+            encoder.clear_buffer(payload, window.begin, Some(batch.byte_len));
+        }
+        let known = known.filter(|known| known.generation == generation);
+        let direct = direct.insert(known.unwrap_or_else(|| {
+            let size = std::num::NonZeroU64::new(batch.byte_len);
+            let out = BufferBinding { buffer: payload, offset: window.begin, size };
+            let group = self.resources.group_into(&self.gpu, &self.kernels, out);
+            Direct { generation, layout_hash, window, group }
+        }));
+        Some(direct.group.clone())
+    }
+
+    /// Returns the payload, imported if imports are allowed and the driver accepts it.
+    fn imported_payload(&mut self, out: &mut [u8]) -> Option<&mut Import> {
         let imported = self.imported.as_mut()?;
         let len = out.len() - out.len() % import::ALIGNMENT;
         if !out.as_ptr().addr().is_multiple_of(import::ALIGNMENT) || len == 0 {
@@ -313,8 +376,8 @@ impl GpuTracer {
             #[expect(unsafe_code, reason = "import_payloads' caller has promised what it takes")]
             // SAFETY: the caller of `import_payloads` promised that payloads stay mapped.
             let buffer = unsafe { import::import(&self.gpu.device, out.as_mut_ptr(), len) }.ok();
-            imported.insert(out.as_ptr().addr(), Import { len, buffer });
+            imported.insert(out.as_ptr().addr(), Import { len, buffer, direct: None });
         }
-        imported.get(&out.as_ptr().addr())?.buffer.as_ref()
+        imported.get_mut(&out.as_ptr().addr())
     }
 }

@@ -1,5 +1,5 @@
 //! Import of memory of this process as a buffer of the device (VK_EXT_external_memory_host), so
-//! that the device's copy engine writes measurements directly into shared memory.
+//! that the device writes measurements directly into shared memory.
 #![expect(unsafe_code, reason = "wgpu has no safe way to import host memory")]
 
 use ash::ext::external_memory_host;
@@ -33,7 +33,7 @@ pub(crate) fn open(
     unsafe { adapter.create_device_from_hal(opened.ok()?, descriptor) }.ok()
 }
 
-/// Imports `len` bytes from `address` on as a buffer that can be copied into.
+/// Imports `len` bytes from `address` on as a buffer that can be copied into and that shaders can write.
 ///
 /// # Safety
 /// These bytes must stay mapped, at the same physical pages, until the buffer is dropped and the
@@ -66,7 +66,7 @@ pub(crate) unsafe fn import(
         let mut external = vk::ExternalMemoryBufferCreateInfo::default().handle_types(kind);
         let info = vk::BufferCreateInfo::default()
             .size(size)
-            .usage(vk::BufferUsageFlags::TRANSFER_DST)
+            .usage(vk::BufferUsageFlags::TRANSFER_DST | vk::BufferUsageFlags::STORAGE_BUFFER)
             .push_next(&mut external);
         let buffer = raw.create_buffer(&info, None).map_err(|why| why.to_string())?;
         let memory = bind(&hal, buffer, pointer.memory_type_bits, address, size);
@@ -77,7 +77,7 @@ pub(crate) unsafe fn import(
             &BufferDescriptor {
                 label: Some("imported"),
                 size,
-                usage: BufferUsages::COPY_DST,
+                usage: BufferUsages::COPY_DST | BufferUsages::STORAGE,
                 mapped_at_creation: false,
             },
         ))

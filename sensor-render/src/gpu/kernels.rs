@@ -2,8 +2,8 @@ use std::sync::OnceLock;
 
 use wgpu::{
     BindGroup, BindGroupDescriptor, BindGroupEntry, BindGroupLayout, BindGroupLayoutDescriptor,
-    BindGroupLayoutEntry, BindingType, Buffer, BufferBindingType, ComputePipeline,
-    ComputePipelineDescriptor, Device, PipelineCompilationOptions, PipelineLayout,
+    BindGroupLayoutEntry, BindingResource, BindingType, BufferBinding, BufferBindingType,
+    ComputePipeline, ComputePipelineDescriptor, Device, PipelineCompilationOptions, PipelineLayout,
     PipelineLayoutDescriptor, ShaderModule, ShaderModuleDescriptor, ShaderRuntimeChecks,
     ShaderSource, ShaderStages,
 };
@@ -147,13 +147,13 @@ impl Kernels {
         })
     }
 
-    pub(crate) fn bind(&self, device: &Device, buffers: [&Buffer; BINDINGS]) -> BindGroup {
+    pub(crate) fn bind(&self, device: &Device, buffers: [BufferBinding; BINDINGS]) -> BindGroup {
         let entries: Vec<BindGroupEntry> = buffers
-            .iter()
+            .into_iter()
             .enumerate()
             .map(|(binding, buffer)| BindGroupEntry {
                 binding: binding as u32,
-                resource: buffer.as_entire_binding(),
+                resource: BindingResource::Buffer(buffer),
             })
             .collect();
         device.create_bind_group(&BindGroupDescriptor {

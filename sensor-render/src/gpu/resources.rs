@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, Device, Queue};
+use wgpu::{BindGroup, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Device, Queue};
 
 use super::batch::Batch;
 use super::bounds;
@@ -45,6 +45,8 @@ pub(crate) struct GpuResources {
     parked: Option<u64>,
     buffers: [GrowableBuffer; super::kernels::BINDINGS],
     group: Option<BindGroup>,
+    /// Counts how often a buffer was replaced; bind groups from before are of no use.
+    generation: u64,
     /// Hash of the layout of the last batch; if it changes, gaps between planes are cleared.
     layout_hash: u64,
     /// Uploaded street lights.
@@ -94,6 +96,7 @@ impl GpuResources {
             parked: None,
             buffers,
             group: None,
+            generation: 0,
             layout_hash: 0,
             street_lights: Arc::default(),
             lamps: SceneLamps::default(),
@@ -254,8 +257,23 @@ impl GpuResources {
     pub(crate) fn group(&mut self, gpu: &Gpu, kernels: &Kernels) -> &BindGroup {
         let buffers = &self.buffers;
         self.group.get_or_insert_with(|| {
-            kernels.bind(&gpu.device, std::array::from_fn(|binding| &buffers[binding].buffer))
+            let whole = |binding: usize| buffers[binding].buffer.as_entire_buffer_binding();
+            kernels.bind(&gpu.device, std::array::from_fn(whole))
         })
+    }
+
+    /// Returns a bind group of all buffers but that which measurements are written to, which `out` replaces.
+    pub(crate) fn group_into(&self, gpu: &Gpu, kernels: &Kernels, out: BufferBinding) -> BindGroup {
+        let binding = |binding: usize| match binding {
+            at::OUT => out.clone(),
+            _ => self.buffers[binding].buffer.as_entire_buffer_binding(),
+        };
+        kernels.bind(&gpu.device, std::array::from_fn(binding))
+    }
+
+    /// Returns a number that changes when a buffer is replaced.
+    pub(crate) fn generation(&self) -> u64 {
+        self.generation
     }
 
     /// Returns whether the layout of the output has changed, so that stale bytes may lie between
@@ -290,6 +308,7 @@ impl GpuResources {
         let has_grown = self.buffers[binding].grow(&gpu.device, byte_len, bytes_max);
         if has_grown {
             self.group = None;
+            self.generation += 1;
             self.layout_hash = 0;
         }
         has_grown

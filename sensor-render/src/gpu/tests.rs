@@ -196,9 +196,18 @@ fn imported_pages_have_the_same_bytes_as_staged_ones() {
     let Some(mut gpu) = gpu() else { return };
     let (town, scene) = town();
     let world = world(&town, &scene, 2);
-    let sensors = [sample::camera("front", 200, 150), sample::lidar("top", 100, 16)];
-    let bundles: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(0))];
-    let staged = measure(&mut gpu, &scene, &world, &bundles);
+    // Copied, and written by the shaders, in the same memory.
+    let mixed = [sample::camera("front", 200, 150), sample::lidar("top", 100, 16)];
+    let surfaces = SensorSpec {
+        outputs: output::COLOR | output::TAG | output::NORMAL | output::FLOW,
+        quality: quality::STANDARD,
+        ..sample::camera("left", 123, 45)
+    };
+    let cameras = [sample::camera("front", 200, 149), surfaces];
+    let pose = town.street_pose(0);
+    let sets: [&[SensorSpec]; 2] = [&mixed, &cameras];
+    let staged =
+        sets.map(|sensors| measure(&mut gpu, &scene, &world, &[(sensors, pose)]).remove(0));
     let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
     if !tracer.can_import() {
         note_skipped(&format!("{} imports no memory", tracer.adapter()));
@@ -209,21 +218,18 @@ fn imported_pages_have_the_same_bytes_as_staged_ones() {
     unsafe {
         tracer.import_payloads();
     }
-    let mut pages = vec![Page([0xa5; 4096]); staged[0].words.len() / 64 + 1];
-    for _ in 0..2 {
+    let longest = staged.iter().map(|staged| staged.words.len()).max().unwrap();
+    let mut pages = vec![Page([0xa5; 4096]); longest / 64 + 1];
+    for set in [0, 0, 1, 1, 0, 1] {
+        let (sensors, MeasuredBundle { planes, words, .. }) = (sets[set], &staged[set]);
         let out = bytemuck::cast_slice_mut(&mut pages);
-        let mut jobs = [BundleJob {
-            parent: protocol::ActorId::NONE,
-            sensors: &sensors,
-            planes: &staged[0].planes,
-            out,
-        }];
+        let mut jobs = [BundleJob { parent: protocol::ActorId::NONE, sensors, planes, out }];
         gpu.measure(&scene, &world, &mut jobs).unwrap();
+        // With what lies between the planes.
+        let last = &planes[planes.len() - 1];
+        let range = planes[0].offset as usize..(last.offset + last.byte_len) as usize;
         let bytes: &[u8] = bytemuck::cast_slice(&pages);
-        for plane in &staged[0].planes {
-            let range = plane.offset as usize..(plane.offset + plane.byte_len) as usize;
-            assert!(bytes[range.clone()] == bytemuck::cast_slice::<_, u8>(&staged[0].words)[range]);
-        }
+        assert!(bytes[range.clone()] == bytemuck::cast_slice::<_, u8>(words)[range], "{set}");
     }
     let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
     assert_eq!(tracer.imported_count(), 1);
