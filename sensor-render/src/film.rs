@@ -52,6 +52,17 @@ fn exposure_of(ev: f32) -> f32 {
     LUMINANCE / (SATURATION * ev.exp2())
 }
 
+/// Way through fog along which its droplets scatter light of a point to around its image: diffraction at droplets of
+/// 10 micrometres, half of what they scatter, turns light by about 3 degrees, as far as bloom reaches (H. C. van de
+/// Hulst, *Light Scattering by Small Particles*, 1957). Half of the distance to the traffic ahead. Metres.
+const FOG_GLOW_M: f32 = 10.0;
+
+/// Returns the share of light that arrives around the image of its point, scattered by the lens or by fog; 0
+/// without bloom.
+fn scattered(bloom: f32, light: &Light) -> f32 {
+    if bloom > 0.0 { 1.0 - (1.0 - bloom) * (-light.air.x * FOG_GLOW_M).exp() } else { 0.0 }
+}
+
 /// How the film of one camera is developed in one frame. The shaders read the same words.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
 #[repr(C)]
@@ -139,7 +150,7 @@ impl Development {
             pixel: [camera.pixel, camera.pixel_down],
             vignette: effects.vignette,
             chromatic_aberration: effects.chromatic_aberration,
-            bloom: effects.bloom,
+            bloom: scattered(effects.bloom, light),
             bloom_radius: width / side as f32,
             shot: per_electron,
             read: (per_electron * effects.read_electrons).powi(2),
@@ -179,5 +190,22 @@ impl Development {
     pub(crate) fn film_len(&self, camera: &Camera) -> u64 {
         let cells: usize = self.cells().iter().sum();
         u64::from(camera.width) * u64::from(camera.height) + 1 + cells as u64 * 2
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use protocol::Weather;
+
+    use super::*;
+
+    #[test]
+    fn fog_scatters_light_around_lamps_where_a_camera_has_bloom() {
+        let of = |fog_density: f32, bloom: f32| {
+            scattered(bloom, &Light::new(&Weather { fog_density, ..Weather::default() }, 0))
+        };
+        let (clear, fog) = (of(0.0, 0.02), of(60.0, 0.02));
+        assert!((clear - 0.02).abs() < 0.004 && fog > 0.1 && fog < 0.3, "{clear} {fog}");
+        assert_eq!(of(60.0, 0.0), 0.0);
     }
 }

@@ -110,8 +110,10 @@ impl SceneLamps {
         let known = self.parts.take().filter(|(serial, _)| *serial == scene.serial);
         let (_, parts) =
             self.parts.insert(known.unwrap_or_else(|| (scene.serial, LampParts::of(scene))));
+        // Lamps are as much brighter than real ones as nights are: at dusk they add little to daylight.
+        let gain = light.horizon.w * light.horizon.w;
         let emission = |part: &LampPart, instance: u32| {
-            SurfaceMaterial::new(scene, world, light, part.triangle, instance).emission
+            SurfaceMaterial::new(scene, world, light, part.triangle, instance).emission * gain
         };
         for part in &parts.town {
             grid.lamps.extend(part.lamp(emission(part, NONE), &Affine3A::IDENTITY));
@@ -248,7 +250,7 @@ fn street_lights(scene: &Scene) -> Vec<LampPart> {
         kind: kind::STREET,
         position: low.midpoint(high).with_z(low.z - 0.05),
         direction: Vec3::NEG_Z,
-        area: 1.9,
+        area: 0.63,
         reach: 45.0,
     };
     objects.into_values().map(part).collect()
@@ -291,8 +293,8 @@ fn vehicle_lamps(scene: &Scene, blas: &Blas) -> Vec<LampPart> {
             false => (blas.low.x - 0.05, Vec3::NEG_X),
         };
         let (kind, area, reach) = match code {
-            HEAD => (kind::LOW_BEAM, 7.0, 70.0),
-            HIGH => (kind::HIGH_BEAM, 12.0, 120.0),
+            HEAD => (kind::LOW_BEAM, 2.33, 70.0),
+            HIGH => (kind::HIGH_BEAM, 4.0, 120.0),
             REVERSE => (kind::DIFFUSE, 0.6, 15.0),
             _ => (kind::DIFFUSE, 0.25, 8.0),
         };

@@ -71,6 +71,10 @@ pub(crate) struct SurfaceMaterial {
     pub(crate) wall: [f32; 4],
     /// Hash of the object's id, for random variation; of a pane also of its tint.
     pub(crate) seed: u32,
+    /// Of a vehicle's paint: plane from which heights above the road are measured, and the share of dirt at
+    /// that height; see [`DIRT_M`].
+    pub(crate) road: Vec4,
+    pub(crate) dirt: f32,
 }
 
 impl SurfaceMaterial {
@@ -137,6 +141,7 @@ impl SurfaceMaterial {
         }
         let (mut emission, mut grain) = (Vec3::ZERO, grain);
         let dark = light.horizon.w;
+        let (mut road, mut dirt) = (Vec4::ZERO, 0.0);
         let mut wall = scene.walls[triangle.wall as usize].0;
         if let Some(actor) = actor {
             pattern = 0;
@@ -144,6 +149,13 @@ impl SurfaceMaterial {
                 grain = Vec4::ZERO;
             }
             emission = actor_emission(code, actor.lights, dark, albedo);
+            if code == Material::LampWhite as usize && own != 0 {
+                emission *= SIGN_SHARE;
+            }
+            if code == Material::CarPaint as usize {
+                road = Vec4::from(actor.actor_from_world[2]);
+                dirt = DIRT * ((seed >> 24) as f32 * (0.55 / 255.0) + 0.45);
+            }
             if code == Material::Glass as usize && own == LENS {
                 let lamp = Material::LampWhite as usize;
                 emission = actor_emission(lamp, actor.lights, dark, albedo) * LENS_SHARE;
@@ -197,6 +209,8 @@ impl SurfaceMaterial {
             up,
             wall,
             seed,
+            road,
+            dirt,
         }
     }
 }
@@ -245,13 +259,13 @@ fn room_emission(seed: u32, tint: u32, dark: f32) -> Vec3 {
 
 /// Returns the radiance that a street light emits. `dark` is 1 at night.
 fn street_light_emission(overrides: &[StreetLight], number: u32, dark: f32) -> Vec3 {
-    let own = Vec3::new(9.0, 7.5, 5.0);
+    let own = Vec3::new(27.0, 22.5, 15.0);
     let Ok(at) = overrides.binary_search_by_key(&number, |lamp| lamp.number) else {
         return own * dark;
     };
     let lamp = overrides[at];
     let [r, g, b, _] = lamp.color.to_le_bytes().map(|part| f32::from(part) * (1.0 / 255.0));
-    let emission = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 9.0 };
+    let emission = if lamp.color == 0 { own } else { linear(Vec3::new(r, g, b)) * 27.0 };
     let on = match lamp.mode {
         street_light::OFF => 0.0,
         street_light::ON => 1.0,
@@ -288,9 +302,9 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         LAMP_WHITE => {
             let low = shines(lamp::LOW_BEAM | lamp::HIGH_BEAM);
             let weak = shines(lamp::POSITION) * 0.4;
-            Vec3::new(8.0, 7.6, 6.8) * dark.max(low).max(weak)
+            Vec3::new(24.0, 22.8, 20.4) * dark.max(low).max(weak)
         }
-        LAMP_HIGH => Vec3::new(11.0, 10.6, 9.8) * shines(lamp::HIGH_BEAM),
+        LAMP_HIGH => Vec3::new(33.0, 31.8, 29.4) * shines(lamp::HIGH_BEAM),
         LAMP_RED => {
             let tail = 0.3 * dark.max(shines(lamp::POSITION | lamp::LOW_BEAM | lamp::HIGH_BEAM));
             Vec3::new(3.2, 0.12, 0.06) * shines(lamp::BRAKE).max(tail)
@@ -306,7 +320,7 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         BEACON => {
             // Blue beacons belong to the second special light.
             let is_second = albedo.z > albedo.x;
-            albedo * 9.0 * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
+            albedo * BEACON_GAIN * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
         }
         SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(protocol::light::RED),
         SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(protocol::light::YELLOW),
@@ -317,7 +331,19 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
 
 /// Tint of the clear cover of a head lamp, and the share of the lamp's radiance that the cover scatters.
 const LENS: u32 = 1;
-const LENS_SHARE: f32 = 0.25;
+const LENS_SHARE: f32 = 0.025;
+
+/// Share of a head lamp's radiance that a lit sign of a tint has: the radiance of a taxi's sign.
+const SIGN_SHARE: f32 = 0.03;
+
+/// Radiance of a beacon that shines, over the albedo of its dark lens.
+const BEACON_GAIN: f32 = 24.0;
+
+/// Dust and road film on the paint of vehicles: their albedo; the share of the paint that they cover at its lower
+/// edge, of the dirtiest vehicle; and the heights above the road between which they end. Metres.
+pub(crate) const DUST: Vec3 = Vec3::new(0.135, 0.122, 0.104);
+const DIRT: f32 = 0.6;
+pub(crate) const DIRT_M: [f32; 2] = [0.2, 0.95];
 
 /// Albedo of the blackest car paint, and what the whitest adds: no paint reflects all light of a colour and none
 /// of another.
@@ -380,13 +406,13 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
             [[0.26, 0.125, 0.09, 0.01], [0.7, 0.0, WINDOWS + BRICKS, 0.8], [0.12, 9.0, 0.14, 0.4]]
         }
         Material::FacadePlaster => {
-            [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS, 0.55], [0.06, 14.0, 0.1, 0.35]]
+            [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS, 0.55], [0.06, 14.0, 0.07, 0.35]]
         }
         Material::FacadeGlass => {
             [[0.22, 0.23, 0.24, 0.05], [0.3, 0.0, CURTAIN, 0.5], [0.05, 5.0, 0.0, 0.5]]
         }
         Material::FacadeConcrete => {
-            [[0.44, 0.43, 0.41, 0.01], [0.7, 0.0, WINDOWS, 0.4], [0.1, 9.0, 0.14, 0.4]]
+            [[0.44, 0.43, 0.41, 0.01], [0.7, 0.0, WINDOWS, 0.4], [0.1, 9.0, 0.08, 0.4]]
         }
         Material::RoofFlat => [[0.15, 0.15, 0.155, 0.02], DULL, STONE],
         Material::RoofTiles => {
@@ -418,7 +444,9 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::SignalYellow => [[0.11, 0.07, 0.01, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::SignalGreen => [[0.01, 0.085, 0.025, 0.04], [0.2, 0.0, 0.0, 0.0], SMOOTH],
         Material::Sign => [[0.72, 0.72, 0.72, 0.03], [0.3, 0.0, 0.0, 0.0], SMOOTH],
-        Material::Wood => [[0.20, 0.115, 0.06, 0.02], [0.5, 0.0, 0.0, 0.5], [0.3, 8.0, 0.2, 1.0]],
+        Material::Wood => {
+            [[0.20, 0.115, 0.06, 0.02], [0.5, 0.0, 0.0, 0.5], [0.14, 22.0, 0.07, 1.5]]
+        }
         Material::Skin => [[0.48, 0.30, 0.22, 0.02], [0.5, 0.25, 0.0, 0.5], SMOOTH],
         Material::Cloth => [[0.19, 0.19, 0.24, 0.0], [0.9, 0.2, 0.0, 1.4], SMOOTH],
         Material::Water => [[0.02, 0.04, 0.05, 0.1], [0.06, 0.0, 0.0, 0.0], SMOOTH],

@@ -99,8 +99,8 @@ def street_lights(c):
     r, g, b = seen()
     assert r - g > 120, (r, g, b)
     assert lamp.color.g == 0 and manager.get_color([lamp])[0].r == 255
-    manager.set_intensity([lamp], 20.0)
-    assert seen()[0] < r - 40 and manager.get_intensity([lamp])[0] == 20.0 == lamp.intensity
+    manager.set_intensity([lamp], 5.0)
+    assert seen()[0] < r - 40 and manager.get_intensity([lamp])[0] == 5.0 == lamp.intensity
     manager.set_light_group([lamp], carla.LightGroup.Other)
     c.ticks(2)
     assert len(manager.get_all_lights(carla.LightGroup.Other)) == 1

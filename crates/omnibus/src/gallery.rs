@@ -123,7 +123,7 @@ fn effects() -> CameraEffects {
         .exposure(Exposure::Automatic { ev_min, ev_max })
         .compensation_ev(0.3)
         .vignette(0.45)
-        .bloom(0.02)
+        .bloom(0.045)
         .bloom_radius(0.008)
         .chromatic_aberration(0.0002)
         .white_electrons(Some(14_000.0))

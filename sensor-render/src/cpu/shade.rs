@@ -47,13 +47,14 @@ const PIGMENT: f32 = 0.82;
 const FLAKES: f32 = 0.5;
 const FLAKES_SPREAD: f32 = 0.13;
 
-/// Share of light that a window pane lets through, and surfaces that a view through one meets at most.
-const PANE: f32 = 0.72;
+/// Share of light that a window pane lets through: 0.75 of windscreens, 0.15 to 0.7 of the others. Surfaces that a view
+/// through one meets at most.
+const PANE: f32 = 0.5;
 const PANES_MAX: usize = 4;
 
 /// Share of the light outside of a vehicle that arrives within it, and the distances behind a pane between which
-/// it falls to that. Metres.
-const CABIN: f32 = 0.3;
+/// it falls to that: the roof keeps the sun and most of the sky away. Metres.
+const CABIN: f32 = 0.14;
 const CABIN_M: [f32; 2] = [0.06, 0.3];
 
 /// Inputs of shading.

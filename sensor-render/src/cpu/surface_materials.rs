@@ -1,11 +1,11 @@
 use glam::Vec3;
 
-use super::grain::noise;
+use super::grain::{noise, smooth};
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::smooth_triangle::SmoothTriangle;
-use crate::surface_material::SurfaceMaterial;
+use crate::surface_material::{DIRT_M, DUST, SurfaceMaterial};
 use crate::world::World;
 
 /// Shading parameters at sixteen points, and the positions of the points on their surfaces.
@@ -67,7 +67,15 @@ impl<F: Float> SurfaceMaterials<F> {
             if let Some(triangle) = SmoothTriangle::of(scene, world, index, of) {
                 surfaces.smooth = interpolated(&triangle, at).or(same, surfaces.smooth);
             }
-            surfaces.albedo = V3::splat(surface.albedo).or(same, surfaces.albedo);
+            let mut albedo = V3::splat(surface.albedo);
+            if surface.dirt > 0.0 {
+                let height = at.dot(V3::splat(surface.road.truncate())) + F::splat(surface.road.w);
+                let [low, high] = DIRT_M;
+                let share = smooth(F::splat(high), F::splat(low), height);
+                let dirt = share * F::splat(surface.dirt);
+                albedo = albedo.lerp(V3::splat(DUST), dirt);
+            }
+            surfaces.albedo = albedo.or(same, surfaces.albedo);
             surfaces.emission = V3::splat(surface.emission).or(same, surfaces.emission);
             surfaces.specular = F::splat(surface.specular).or(same, surfaces.specular);
             surfaces.roughness = F::splat(surface.roughness).or(same, surfaces.roughness);

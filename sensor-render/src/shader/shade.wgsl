@@ -15,9 +15,9 @@ const THROUGH_LEAF = vec3f(0.62, 0.70, 0.30);
 const PIGMENT = 0.82;
 const FLAKES = 0.5;
 const FLAKES_SPREAD = 0.13;
-const PANE = 0.72;
+const PANE = 0.5;
 const PANES_MAX = 4u;
-const CABIN = 0.3;
+const CABIN = 0.14;
 const CABIN_M = vec2f(0.06, 0.3);
 
 const RIPPLES_PER_M = 14.0;

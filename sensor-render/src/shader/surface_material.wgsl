@@ -38,7 +38,12 @@ const KERB_M = 0.19;
 const PAINT = vec2f(0.01, 0.76);
 const BARK_LENGTH = 0.35;
 const LENS = 1u;
-const LENS_SHARE = 0.25;
+const LENS_SHARE = 0.025;
+const SIGN_SHARE = 0.03;
+const BEACON_GAIN = 24.0;
+const DUST = vec3f(0.135, 0.122, 0.104);
+const DIRT = 0.6;
+const DIRT_M = vec2f(0.2, 0.95);
 
 struct SurfaceMaterial {
     albedo: vec3f,
@@ -80,9 +85,9 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
         case LAMP_WHITE: {
             let low = shines(lights, 6u);
             let weak = shines(lights, 1u) * 0.4;
-            return vec3f(8.0, 7.6, 6.8) * max(max(dark, low), weak);
+            return vec3f(24.0, 22.8, 20.4) * max(max(dark, low), weak);
         }
-        case LAMP_HIGH: { return vec3f(11.0, 10.6, 9.8) * shines(lights, 4u); }
+        case LAMP_HIGH: { return vec3f(33.0, 31.8, 29.4) * shines(lights, 4u); }
         case LAMP_RED: {
             let tail = 0.3 * max(dark, shines(lights, 7u));
             return vec3f(3.2, 0.12, 0.06) * max(shines(lights, 8u), tail);
@@ -97,7 +102,7 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
         case INDICATOR_RIGHT: { return amber * shines(lights, 16u); }
         case LAMP_AMBER: { return amber * 0.5; }
         case BEACON: {
-            return albedo * 9.0 * shines(lights, select(512u, 1024u, albedo.z > albedo.x));
+            return albedo * BEACON_GAIN * shines(lights, select(512u, 1024u, albedo.z > albedo.x));
         }
         case SIGNAL_RED: { return vec3f(4.0, 0.12, 0.06) * shows(lights, 0u); }
         case SIGNAL_YELLOW: { return vec3f(3.6, 1.9, 0.08) * shows(lights, 1u); }
@@ -112,7 +117,7 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
 
 // Radiance of a street light.
 fn street_light_emission(number: u32) -> vec3f {
-    let own = vec3f(9.0, 7.5, 5.0);
+    let own = vec3f(27.0, 22.5, 15.0);
     let dark = frame.horizon.w;
     var low = 1u;
     var high = street_lights[0].x + 1u;
@@ -130,7 +135,7 @@ fn street_light_emission(number: u32) -> vec3f {
     let lamp = street_lights[low];
     var emission = own;
     if (lamp.z != 0u) {
-        emission = linear_of(unpack4x8unorm(lamp.z).xyz) * 9.0;
+        emission = linear_of(unpack4x8unorm(lamp.z).xyz) * 27.0;
     }
     let on = select(select(dark, 1.0, lamp.y == 1u), 0.0, lamp.y == 0u);
     return emission * (on * bitcast<f32>(lamp.w));
@@ -215,7 +220,14 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
         let is_lens = code == GLASS && tint == LENS;
         surface.emission = actor_emission(
             select(code, LAMP_WHITE, is_lens), instances[hit.instance].lights, albedo)
-            * select(1.0, LENS_SHARE, is_lens);
+            * select(1.0, LENS_SHARE, is_lens)
+            * select(1.0, SIGN_SHARE, code == LAMP_WHITE && tint != 0u);
+        if (code == CAR_PAINT) {
+            let road = instances[hit.instance].actor_from_world[2];
+            let dirt = DIRT * (f32(seed >> 24u) * (0.55 / 255.0) + 0.45);
+            let height = dot(road.xyz, at) + road.w;
+            surface.albedo = mix(albedo, DUST, smoothly(DIRT_M.y, DIRT_M.x, height) * dirt);
+        }
         if (code == SIGN && tint == PLATE_TINT) {
             let rows = instances[hit.instance].actor_from_world;
             let origin = vec3f(rows[0].w, rows[1].w, rows[2].w);

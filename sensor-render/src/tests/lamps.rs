@@ -152,3 +152,17 @@ fn headlamps_illuminate_the_road_ahead_of_a_car_that_drives() {
     let ([r, g, ..], [weak, ..]) = (red(lamp::BRAKE), red(lamp::POSITION));
     assert!(r > g + 30 && r > weak + 20, "{r} {g} {weak}");
 }
+
+#[test]
+fn headlamps_add_little_to_the_light_of_dusk() {
+    let scene = Scene::new(&road(), &[BlueprintMesh { mesh: &car() }]).unwrap();
+    let car = ActorState { lamps: lamp::LOW_BEAM, ..actor(4, Pose::level(Vec3::ZERO, 0.0)) };
+    let lit = |sun_altitude_rad: f32| {
+        let mut world = world_with(&scene, &[car]);
+        world.weather = Weather { cloudiness: 100.0, sun_altitude_rad, ..Weather::default() };
+        let beyond = brightness(&scene, &world, &[[12., 0.], [0., -40.]]);
+        beyond[0] - beyond[1]
+    };
+    let (dusk, night) = (lit(0.057), lit(-0.6));
+    assert!(dusk * 4.0 < night && night > 0.02, "{dusk} {night}");
+}

@@ -3,7 +3,7 @@
 
 use glam::{Quat, Vec3};
 use mesh::{Face, Material, Mesh, Tag};
-use protocol::{Pose, SensorSpec, Weather, lamp, output, quality};
+use protocol::{Frame, Pose, SensorSpec, Stamp, Weather, lamp, output, quality};
 
 use super::lens::tracers;
 use super::{MeasuredBundle, actor, block, camera, world_with};
@@ -264,4 +264,60 @@ fn fog_lamps_are_red_at_the_rear_and_white_at_the_front() {
     };
     let (front, rear) = (shown(false), shown(true));
     assert!(front[1] > 200 && rear[0] > rear[1] + 60, "{front:?} {rear:?}");
+}
+
+#[test]
+fn dust_covers_the_paint_of_vehicles_towards_the_road_and_more_of_it_on_some() {
+    let mut mesh = super::car();
+    block(&mut mesh, [-2.1, -3., 0.05], [-2.0, 3., 3.], Face::new(Tag::Car, Material::CarPaint, 0));
+    let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+    // The brightness of the panel 0.15 m, 0.6 m, 1.1 m and 1.9 m above the road that the vehicle stands on.
+    let shown = |id: u32, ground_m: f32, rgb: [u8; 3]| {
+        let mut world = World::new();
+        let stamp = Stamp { frame: Frame(9), ..Stamp::default() };
+        let weather = Weather { cloudiness: 100.0, ..Weather::default() };
+        let car = actor(id, Pose::level(Vec3::new(6., 0., ground_m), 0.));
+        world.place(&scene, stamp, 50_000_000, &weather, &[car], |_| rgb);
+        let parent_from_sensor = Pose::level(Vec3::new(0., 0., ground_m + 1.0), 0.);
+        let spec = SensorSpec { parent_from_sensor, ..at_quality(quality::STANDARD) };
+        let image = agreed(&scene, &world, spec);
+        [0.15f32, 0.6, 1.1, 1.9].map(|height| {
+            // 3.9 m ahead, 32 pixels are 3.9 m.
+            let row = (31.5 + (1.0 - height) * 32.0 / 3.9).round() as usize;
+            i32::from(image[row * WIDTH as usize + 32][1])
+        })
+    };
+    let white = shown(4, 0.0, [225, 226, 224]);
+    assert!(white[0] + 5 < white[1] && white[1] < white[2], "{white:?}");
+    assert!((white[2] - white[3]).abs() < 12, "clean from 0.95 m on: {white:?}");
+    let raised = shown(4, 7.0, [225, 226, 224]);
+    assert!(white.iter().zip(raised).all(|(a, b)| a.abs_diff(b) < 4), "{white:?} {raised:?}");
+    let black = shown(4, 0.0, [8, 8, 9]);
+    assert!(black[0] > black[2] + 5, "dust is lighter than black paint: {black:?}");
+    let shares = (5..25).map(|id| white[0] - shown(id, 0.0, [225, 226, 224])[0]);
+    let (low, high) =
+        shares.fold((0i32, 0i32), |(low, high), share| (low.min(share), high.max(share)));
+    assert!(high - low > 8, "{low} {high}");
+}
+
+#[test]
+fn a_lit_sign_is_darker_than_a_head_lamp_and_a_cover_than_both() {
+    // With an exposure at which none of them is white.
+    let shown = |material: Material, tint: u16| {
+        let mut mesh = super::car();
+        let face = Face { tint, ..Face::new(Tag::Car, material, 0) };
+        block(&mut mesh, [-2.1, -1.5, 0.3], [-2.0, 1.5, 2.4], face);
+        let scene = Scene::new(&Mesh::default(), &[BlueprintMesh { mesh: &mesh }]).unwrap();
+        let car = actor(4, Pose::level(Vec3::new(6., 0., 0.), 0.));
+        let lit = protocol::ActorState { lamps: lamp::LOW_BEAM, ..car };
+        let mut world = world_with(&scene, &[lit]);
+        world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+        let effects = protocol::EffectsSpec { compensation_ev: -5.0, ..Default::default() };
+        let spec = SensorSpec { effects, ..at_quality(quality::LOW) };
+        i32::from(agreed(&scene, &world, spec)[32 * WIDTH as usize + 32][1])
+    };
+    let head = shown(Material::LampWhite, 0);
+    let sign = shown(Material::LampWhite, Face::tint([214, 208, 188]));
+    let cover = shown(Material::Glass, 1);
+    assert!(head > sign + 60 && head > cover + 60, "{head} {sign} {cover}");
 }

@@ -57,6 +57,8 @@ fn what_is_behind_the_windows_of_a_vehicle_is_seen() {
         assert!(through_two[0] > through_two[2] + 40, "{through_two:?}");
         let (seat, _) = shown(2, true, Tag::Car, quality::STANDARD);
         assert!(seat[2] > seat[0], "{seat:?}");
+        // The roof keeps the sun from what is inside.
+        assert!(u32::from(seat[2]) * 5 < u32::from(open[0]) * 3, "{seat:?} {open:?}");
         // Windows of buildings, and those of the lowest quality, hide what is behind them.
         for (tag, level) in [(Tag::Building, quality::STANDARD), (Tag::Car, quality::LOW)] {
             let (empty, _) = shown(1, false, tag, level);

@@ -59,7 +59,7 @@ fn a_street_light_shines_at_night_unless_a_command_has_set_it() {
         assert!(sun == NIGHT || off == plain[2], "{off:?}");
     }
     let mut weak = StreetLights::default();
-    let dim = StreetLightState { intensity: 0.02, ..StreetLightState::OWN };
+    let dim = StreetLightState { intensity: 0.007, ..StreetLightState::OWN };
     set(&mut weak, 10, dim);
     assert!(measured(&mut cpu(1), &weak, NIGHT)[1][0] < 200);
 }
