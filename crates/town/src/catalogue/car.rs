@@ -30,6 +30,8 @@ pub(super) struct Livery {
     pub(super) doors: Option<[u8; 3]>,
 }
 
+/// The colour of pillars between windows and of other trim: polished black, sRGB.
+const TRIM: [u8; 3] = [15, 15, 16];
 /// How often a control cage is subdivided.
 const SUBDIVISIONS: usize = 1;
 /// The width of the rounding of a crease, as of pressed sheet metal. Metres.
@@ -79,13 +81,16 @@ fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: 
     let fine = smooth.bevelled(CREASE_M);
     builder.material(Material::CarPaint);
     builder.cage(&fine, |usual, skin: Skin| {
-        let is_paint = skin.material == Material::CarPaint;
         let (object, color) = match skin.part {
             Part::Door(door) => (SHELL + 1 + door, livery.doors),
             Part::Roof => (usual.object, livery.upper),
             Part::Body => (usual.object, None),
         };
-        let tint = color.filter(|_| is_paint).map_or(0, Face::tint);
+        let tint = match skin.material {
+            Material::CarPaint => color.map_or(0, Face::tint),
+            Material::Plastic => Face::tint(TRIM),
+            _ => 0,
+        };
         Face { material: skin.material as u8, object, tint, ..usual }
     });
     cabin::lining(builder, &Cage { points, ..cage });
@@ -125,6 +130,8 @@ fn lofted(builder: &mut MeshBuilder, shape: &Silhouette, measure: &Measure, live
         let upper = Face { tint: livery.upper.map_or(0, Face::tint), ..usual };
         let mut face = match row {
             0 | 1 => with(Material::Plastic),
+            // Angular bodies have cladding along their sills and round their wheels.
+            2 if shape.is_angular => with(Material::Plastic),
             8 | 9 if shape.is_window(middle) => with(Material::Glass),
             8 | 9 if shape.is_pillar(middle) => with(Material::Plastic),
             11..=13 if shape.skin(middle) == Pane => with(Material::Glass),

@@ -5,6 +5,7 @@ use mesh::Material;
 
 use crate::{
     catalogue::{
+        blueprint::Wheel,
         cage::Surface,
         end::End,
         profile::{Measure, SHELL, Silhouette, Skin},
@@ -17,6 +18,14 @@ const GAP_M: f32 = 0.009;
 /// The width of the dark bands along the sills, and of the seals below the windows. Metres.
 const SILL_M: f32 = 0.05;
 const SEAL_M: f32 = 0.014;
+/// The width of the dark bands below both bumpers, and of those round the wheel arches of cars with more than this
+/// ground clearance. Metres.
+const VALANCE_M: f32 = 0.075;
+const FLARE_M: f32 = 0.06;
+/// How far they stand out of the body, which is round below them. Metres.
+const VALANCE_OUT_M: f32 = 0.003;
+const FLARE_OUT_M: f32 = 0.009;
+const RUGGED_M: f32 = 0.2;
 /// The height of the dark band that stands for a gap over the body. Metres.
 const LIFT_M: f32 = 0.0015;
 
@@ -40,6 +49,14 @@ pub(super) fn fit(
     for line in body.sills() {
         gap(builder, &line, SILL_M);
     }
+    for line in body.valances() {
+        band(builder, &line, VALANCE_M, VALANCE_OUT_M);
+    }
+    if shape.doors > 0 && !body.is_van() && shape.clearance_m > RUGGED_M {
+        for line in body.arches() {
+            band(builder, &line, FLARE_M, FLARE_OUT_M);
+        }
+    }
     body.belts(builder);
     body.wipers(builder);
     body.antenna(builder);
@@ -49,15 +66,20 @@ pub(super) fn fit(
     }
 }
 
-/// Adds a dark band along a line of the body.
+/// Adds a dark band along a line of the body, which stands for a gap.
 fn gap(builder: &mut MeshBuilder, line: &[Spot], wide: f32) {
+    band(builder, line, wide, LIFT_M);
+}
+
+/// Adds a dark band along a line of the body, at a height over it.
+fn band(builder: &mut MeshBuilder, line: &[Spot], wide: f32, out: f32) {
     builder.tinted(Material::Plastic, [10, 10, 11]);
     let edges: Vec<[Vec3; 2]> = (0..line.len())
         .map(|at| {
             let (point, normal) = line[at];
             let ahead = line[(at + 1).min(line.len() - 1)].0 - line[at.saturating_sub(1)].0;
             let aside = ahead.cross(normal).normalize_or_zero() * wide * 0.5;
-            [point + normal * LIFT_M - aside, point + normal * LIFT_M + aside]
+            [point + normal * out - aside, point + normal * out + aside]
         })
         .collect();
     for pair in edges.windows(2) {
@@ -181,6 +203,39 @@ impl Body<'_> {
         };
         let low = self.shape.clearance_m + 0.03;
         [1.0, -1.0].map(|side| [low, low + SILL_M].map(|z| line(side, z))).concat()
+    }
+
+    /// The bands of unpainted plastic below both bumpers, from corner to corner.
+    fn valances(&self) -> Vec<Vec<Spot>> {
+        if self.shape.doors == 0 {
+            return Vec::new();
+        }
+        let Body { shape, measure, surface } = *self;
+        let edge = |is_front: bool| -> Vec<Spot> {
+            let end = End { shape, measure, is_front, surface: Some(surface) };
+            let z = end.low() + 0.005;
+            let at = |step: i32| {
+                let u = step as f32 * 0.1;
+                end.round(u.signum(), u.abs(), z)
+            };
+            (-12..=12).filter_map(at).collect()
+        };
+        vec![edge(true), edge(false)]
+    }
+
+    /// The bands of unpainted plastic round the wheel arches.
+    fn arches(&self) -> Vec<Vec<Spot>> {
+        let around = |wheel: &Wheel| -> Vec<Spot> {
+            let hub = wheel.position_m;
+            let at = |step: u32| {
+                let (sin, cos) = (std::f32::consts::PI * (step as f32 / 12.0)).sin_cos();
+                let reach = wheel.radius_m * 1.22 + FLARE_M * 0.5;
+                let from = vec3(hub.x + cos * reach * hub.y.signum(), 0.0, hub.z + sin * reach);
+                self.surface.cast(from, Vec3::Y * hub.y.signum())
+            };
+            (0..=12).filter_map(at).filter(|(_, normal)| normal.y.abs() > 0.3).collect()
+        };
+        self.measure.wheels.iter().map(around).collect()
     }
 
     /// The seals below the windows of the doors.
@@ -354,6 +409,36 @@ mod tests {
         });
         with("vehicle.mitsubishi.fusorosa", &tall::COACH, |body| {
             assert!(body.bonnet().is_empty() && body.lid().is_empty());
+        });
+    }
+
+    #[test]
+    fn dark_plastic_runs_below_the_bumpers_and_round_the_arches_of_rugged_cars() {
+        with("vehicle.nissan.patrol_2021", &silhouettes::SUV, |body| {
+            assert!(body.shape.clearance_m > RUGGED_M);
+            let valances = body.valances();
+            assert_eq!(valances.len(), 2);
+            for line in &valances {
+                assert!(line.len() > 20, "from corner to corner: {}", line.len());
+                let [left, right] = [line.first(), line.last()].map(|end| end.unwrap().0.y);
+                assert!((left + right).abs() < 1e-3 && left.abs() > body.half() * 0.6, "{left}");
+            }
+            let arches = body.arches();
+            assert_eq!(arches.len(), 4);
+            for (line, wheel) in arches.iter().zip(body.measure.wheels) {
+                assert!(line.len() >= 10, "{}", line.len());
+                for (at, normal) in line {
+                    let reach = (*at - wheel.position_m).with_y(0.0).length();
+                    assert!(
+                        (reach / wheel.radius_m - 1.22 - 0.5 * FLARE_M / wheel.radius_m).abs()
+                            < 1e-3
+                    );
+                    assert!(normal.y * wheel.position_m.y > 0.0);
+                }
+            }
+        });
+        with("vehicle.mitsubishi.fusorosa", &tall::COACH, |body| {
+            assert!(body.valances().is_empty());
         });
     }
 

@@ -90,33 +90,79 @@ fn oval(y: [f32; 2], z: [f32; 2], x: f32, shrink: f32, side: f32) -> Vec<Vec3> {
     (0..8).map(corner).collect()
 }
 
-/// Adds a light bar whose upper edge is at `top`.
+/// Albedos of the lenses of a light bar, sRGB: dark, as they are by day while nothing shines behind them.
+const RED_LENS: [u8; 3] = [128, 12, 14];
+const CLEAR_LENS: [u8; 3] = [142, 146, 150];
+const BLUE_LENS: [u8; 3] = [14, 34, 128];
+/// The gap between two modules of a light bar. Metres.
+const MODULE_GAP_M: f32 = 0.014;
+
+/// Adds a light bar whose upper edge is at `top`: modules with sloped ends on a dark base, on two feet.
 pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, height: f32) {
     let lens = height * 0.62;
-    for (from, to, rgb) in
-        [(-1.0, -0.25, [200, 24, 24]), (-0.25, 0.25, [230, 230, 230]), (0.25, 1.0, [26, 60, 200])]
-    {
+    let floor = top.z - lens;
+    for (from, to, rgb) in [
+        (-1.0, -0.66, RED_LENS),
+        (-0.66, -0.22, RED_LENS),
+        (-0.22, 0.22, CLEAR_LENS),
+        (0.22, 0.66, BLUE_LENS),
+        (0.66, 1.0, BLUE_LENS),
+    ] {
         builder.tinted(Material::Beacon, rgb);
+        let y = [from * half_width + MODULE_GAP_M, to * half_width - MODULE_GAP_M];
+        // Outer modules slope down to the sides.
+        let ends = [from, to].map(|end: f32| if end.abs() == 1.0 { 0.45 } else { 0.0 });
+        let ring = |side: usize, inset: f32| -> Vec<Vec3> {
+            let y = y[side] + inset * lens * if side == 0 { 1.0 } else { -1.0 };
+            let upper = top.z - ends[side] * lens * (1.0 - inset);
+            [(-0.15, floor), (0.15, floor), (0.11, upper), (-0.11, upper)]
+                .map(|(x, z)| vec3(top.x + x, y, z))
+                .to_vec()
+        };
+        let rings = [ring(0, 0.0), ring(0, 0.6), ring(1, 0.6), ring(1, 0.0)];
+        builder.solid(|builder| builder.loft(&rings, |_, _| None));
+    }
+    builder.tinted(Material::Plastic, [14, 14, 15]);
+    let base = (height - lens) * 0.5;
+    builder.block(
+        vec3(top.x - 0.16, -half_width, floor - base),
+        vec3(top.x + 0.16, half_width, floor),
+    );
+    for y in [-half_width * 0.7, half_width * 0.7] {
         builder.block(
-            vec3(top.x - 0.13, from * half_width, top.z - lens),
-            vec3(top.x + 0.13, to * half_width, top.z),
+            vec3(top.x - 0.06, y - 0.05, top.z - height - 0.03),
+            vec3(top.x + 0.06, y + 0.05, floor - base),
         );
     }
-    builder.material(Material::Plastic);
-    builder.block(
-        vec3(top.x - 0.09, -half_width * 0.7, top.z - height - 0.03),
-        vec3(top.x + 0.09, half_width * 0.7, top.z - lens),
-    );
 }
 
-/// Adds a taxi sign whose upper edge is at `top`.
+/// Adds a taxi sign whose upper edge is at `top`: a lit hood that is narrower at its top, with a dark band, on a dark
+/// base.
 pub(super) fn taxi_sign(builder: &mut MeshBuilder, top: Vec3, height: f32) {
-    builder.tinted(Material::LampWhite, [226, 226, 216]);
-    builder
-        .block(vec3(top.x - 0.09, -0.25, top.z - height * 0.75), vec3(top.x + 0.09, 0.25, top.z));
-    builder.material(Material::Plastic);
-    builder.block(
-        vec3(top.x - 0.11, -0.2, top.z - height - 0.02),
-        vec3(top.x + 0.11, 0.2, top.z - height * 0.75),
-    );
+    let foot = top.z - height * 0.78;
+    let ring = |z: f32, deep: f32, half: f32| -> Vec<Vec3> {
+        [(-deep, -half), (deep, -half), (deep, half), (-deep, half)]
+            .map(|(x, y)| vec3(top.x + x, y, z))
+            .to_vec()
+    };
+    let hood = [
+        ring(foot, 0.095, 0.24),
+        ring(foot + (top.z - foot) * 0.75, 0.060, 0.215),
+        ring(top.z, 0.035, 0.185),
+    ];
+    builder.tinted(Material::LampWhite, [214, 208, 188]);
+    builder.solid(|builder| builder.loft(&hood, |_, _| None));
+    builder.tinted(Material::Plastic, [14, 14, 15]);
+    // The letters, which are a band from a few metres on.
+    let at = |up: f32| foot + (top.z - foot) * up;
+    for side in [1.0f32, -1.0] {
+        for letter in 0..4 {
+            let y = -0.135 + 0.09 * letter as f32;
+            let x = |up: f32| top.x + side * (0.095 - 0.035 * up / 0.75 + 0.002);
+            let quad = [(y - 0.03, 0.16), (y + 0.03, 0.16), (y + 0.03, 0.66), (y - 0.03, 0.66)]
+                .map(|(y, up)| vec3(x(up), y * side, at(up)));
+            builder.quad(quad);
+        }
+    }
+    builder.block(vec3(top.x - 0.12, -0.26, top.z - height - 0.02), vec3(top.x + 0.12, 0.26, foot));
 }

@@ -284,3 +284,46 @@ fn building_the_catalogue_builds_no_mesh() {
     assert!(made.iter().all(|one| one.geometry.get().is_none()));
     assert!(made.iter().all(|one| one.half_extents_m.min_element() > 0.1));
 }
+
+#[test]
+fn light_bars_have_separate_modules_whose_lenses_are_dark_while_they_are_off() {
+    let police = blueprint("vehicle.dodge.charger_police").unwrap().1.mesh();
+    let lenses = police.triangles.iter().zip(&police.faces);
+    let lenses = lenses.filter(|(_, face)| face.material == Material::Beacon as u8);
+    let mut across: Vec<[f32; 2]> = Vec::new();
+    for (corners, face) in lenses {
+        let [red, green, blue] = [face.tint >> 11, face.tint >> 6 & 31, face.tint & 31];
+        assert!(red.max(green).max(blue) < 20, "a dark lens: {red} {green} {blue}");
+        let y = corners.map(|at| police.positions[at as usize][1]);
+        across.push([y[0].min(y[1]).min(y[2]), y[0].max(y[1]).max(y[2])]);
+    }
+    across.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    let (mut modules, mut end) = (0, f32::MIN);
+    for [from, to] in across {
+        modules += usize::from(from > end + 0.01);
+        end = end.max(to);
+    }
+    assert_eq!(modules, 5);
+}
+
+#[test]
+fn a_bumper_of_a_cage_ends_in_unpainted_plastic_and_an_angular_body_has_cladding() {
+    for id in ["vehicle.lincoln.mkz_2020", "vehicle.nissan.patrol_2021", "vehicle.tesla.cybertruck"]
+    {
+        let one = blueprint(id).unwrap().1;
+        let mesh = one.mesh();
+        let mut area = [0.0; 2];
+        for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+            let [a, b, c] = corners.map(|at| Vec3::from(mesh.positions[at as usize]));
+            let (normal, middle) = ((b - a).cross(c - a) * 0.5, (a + b + c) / 3.0);
+            let is_end = normal.x.abs() > 0.6 * normal.length();
+            // Beside the openings of both ends.
+            let low = middle.z < one.half_extents_m.z * 0.5
+                && middle.y.abs() > one.half_extents_m.y * 0.66;
+            if is_end && low && face.material == Material::Plastic as u8 {
+                area[usize::from(normal.x > 0.0)] += normal.length();
+            }
+        }
+        assert!(area.iter().all(|area| *area > 0.008), "{id}: {area:?}");
+    }
+}

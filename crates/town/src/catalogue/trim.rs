@@ -85,6 +85,10 @@ pub(super) enum Extra {
     Taxi,
 }
 
+/// The radius of a badge, and the size of a letter of a model's name. Metres.
+const BADGE_M: f32 = 0.042;
+const LETTER_M: f32 = 0.03;
+
 /// The trim of a model.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Trim(pub(super) Lamps, pub(super) Grille, pub(super) Tail, pub(super) Extra);
@@ -271,6 +275,12 @@ pub(super) fn front(
             }
         }
     }
+    unpainted_bumper(builder, &end);
+    let has_bonnet = shape.cowl().is_some_and(|(cowl, _)| cowl > 0.05);
+    let has_place = matches!(grille, Grille::Bare | Grille::Wide | Grille::Frame | Grille::Kidneys);
+    if has_bonnet && has_place {
+        badge(builder, &end, top - 0.02);
+    }
     number_plate(builder, &end, low + tall * 0.17);
 }
 
@@ -297,6 +307,41 @@ fn fog_lamp(builder: &mut MeshBuilder, end: &End, side: f32, [u, z]: [f32; 2]) {
             builder.tinted(material, [12, 12, 13]);
         }
         builder.cone(at - normal * 0.05, at + normal * out, [radius, radius * 0.92], 14);
+    }
+}
+
+/// Adds a maker's badge in the middle of an end, on a body from a cage.
+fn badge(builder: &mut MeshBuilder, end: &End, z: f32) {
+    if let Some((at, normal)) = end.ahead(0.0, z) {
+        for (material, rgb, radius, out) in [
+            (Material::Metal, [176, 178, 180], BADGE_M, 0.005),
+            (Material::Plastic, [20, 21, 24], BADGE_M * 0.72, 0.007),
+        ] {
+            builder.tinted(material, rgb);
+            builder.cone(at - normal * 0.02, at + normal * out, [radius, radius * 0.94], 14);
+        }
+    }
+}
+
+/// Adds the name of a model: a row of six plates as large as letters.
+fn lettering(builder: &mut MeshBuilder, end: &End, z: f32) {
+    builder.tinted(Material::Metal, [150, 152, 154]);
+    let across = -Vec3::Y * end.forward() * LETTER_M * 0.5;
+    for letter in 0..6 {
+        let y = (letter as f32 - 2.5) * LETTER_M * 1.7;
+        let Some((at, normal)) = end.ahead(y, z) else { continue };
+        let (at, up) = (at + normal * 0.003, across.cross(normal).normalize_or_zero());
+        let up = up.with_y(0.0) * (up.z.signum() * LETTER_M * 0.5);
+        builder.quad([at + across - up, at - across - up, at - across + up, at + across + up]);
+    }
+}
+
+/// Adds the bumper of an angular body, which continues the cladding of its sides.
+fn unpainted_bumper(builder: &mut MeshBuilder, end: &End) {
+    if end.shape.is_angular {
+        let low = end.shape.clearance_m;
+        builder.material(Material::Plastic);
+        end.plate(builder, end.measure.body_m * 0.5 * 0.93, [low, low + 0.22], 0.002);
     }
 }
 
@@ -380,6 +425,14 @@ fn rear(
         }
         builder.tinted(Material::LampFog, [120, 20, 18]);
         end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
+    }
+    unpainted_bumper(builder, &end);
+    if !shape.has_tall_tail() {
+        let is_bar = *tail == Tail::Bar;
+        if !is_bar {
+            badge(builder, &end, top - tall * 0.17);
+        }
+        lettering(builder, &end, top - if is_bar { tall * 0.27 } else { tall * 0.17 + 0.085 });
     }
     let valance = [low + if surface.is_some() { 0.0 } else { -0.02 }, low + tall * 0.20];
     end.opening(builder, [half * 0.60, half * 0.68], valance, Material::CarPaint);

@@ -20,7 +20,7 @@ pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, st
         (0.95, 0.92, Material::Rubber),
         (1.0, 0.78, Material::Rubber),
         (0.93, 0.70, Material::Metal),
-        (0.90, 0.66, Material::Metal),
+        (0.90, 0.66, Material::Plastic),
         (0.20, 0.60, Material::Plastic),
         (0.18, 0.0, Material::Plastic),
     ];
@@ -38,16 +38,16 @@ pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, st
         .collect();
     builder.material(Material::Plastic);
     builder.solid(|builder| builder.loft(&rings, |band, _| profile.get(band).map(|p| p.2)));
-    builder.tinted(Material::Metal, [120, 122, 124]);
+    builder.tinted(Material::Metal, [64, 65, 67]);
     builder.solid(|builder| builder.rod(at(0.0, 0.0, 0.2), at(0.0, 0.0, 0.36), radius * 0.42, 16));
     let (spokes, wide): (u32, f32) = [(5, 0.15), (10, 0.065), (7, 0.10), (5, 0.10)][style % 4];
-    let dark = style % 5 == 2;
+    let dark = matches!(style % 5, 2 | 4);
     for spoke in 0..spokes {
         let middle = TAU * spoke as f32 / spokes as f32;
         if dark {
             builder.tinted(Material::Metal, [46, 47, 50]);
         } else {
-            builder.material(Material::Metal);
+            builder.tinted(Material::Metal, [136, 138, 141]);
         }
         // Rings across the spoke, from the hub to the rim.
         let ring = |reach: f32, wide: f32, face: f32| -> Vec<Vec3> {

@@ -58,27 +58,27 @@ pub(super) const SHAPES: [Shape; 6] = [
     Shape {
         species: Species::Plane, height_m: 9.8, crown_radius_m: 2.4, trunk_radius_m: 0.16,
         crown_from_m: 4.3, taper: 0.15, rise: 0.35, leaves: 2160, leaf_m: 0.25,
-        green: [112, 132, 72], bark: [128, 118, 98],
+        green: [112, 132, 72], bark: [108, 100, 84],
     },
     Shape {
         species: Species::Lime, height_m: 8.2, crown_radius_m: 2.7, trunk_radius_m: 0.17,
         crown_from_m: 2.0, taper: 0.3, rise: 0.3, leaves: 2330, leaf_m: 0.245,
-        green: [99, 125, 64], bark: [92, 80, 66],
+        green: [99, 125, 64], bark: [76, 67, 56],
     },
     Shape {
         species: Species::Poplar, height_m: 13.0, crown_radius_m: 1.7, trunk_radius_m: 0.20,
         crown_from_m: 1.6, taper: 0.25, rise: 1.2, leaves: 2160, leaf_m: 0.225,
-        green: [106, 127, 79], bark: [112, 106, 92],
+        green: [106, 127, 79], bark: [94, 89, 78],
     },
     Shape {
         species: Species::Spruce, height_m: 11.0, crown_radius_m: 2.7, trunk_radius_m: 0.19,
         crown_from_m: 0.7, taper: 1.0, rise: 0.0, leaves: 0, leaf_m: 0.34,
-        green: [60, 83, 60], bark: [88, 70, 56],
+        green: [60, 83, 60], bark: [76, 62, 50],
     },
     Shape {
         species: Species::Oak, height_m: 10.0, crown_radius_m: 4.2, trunk_radius_m: 0.32,
         crown_from_m: 2.8, taper: 0.1, rise: 0.15, leaves: 2420, leaf_m: 0.325,
-        green: [90, 111, 56], bark: [84, 74, 60],
+        green: [90, 111, 56], bark: [68, 60, 50],
     },
     Shape {
         species: Species::Bush, height_m: 1.3, crown_radius_m: 0.95, trunk_radius_m: 0.0,
