@@ -28,7 +28,7 @@ use wgpu::{
 };
 
 use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
-use batch::{Batch, Window, batches};
+use batch::{Batch, CAMERA_KINDS, Window, batches};
 use kernels::{CameraKernel, Kernels};
 use open::Gpu;
 use readback::Readback;
@@ -221,7 +221,9 @@ impl GpuTracer {
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
             let has_rain = batch.has_rain();
-            let traced: [_; 16] = std::array::from_fn(|kind| {
+            let kinds = batch.camera_kinds();
+            let traced: [_; CAMERA_KINDS] = std::array::from_fn(|kind| {
+                let groups = if kinds[kind] { batch.groups[0] } else { 0 };
                 let [is_smooth, has_lens, has_effects, has_surfaces] =
                     [1, 2, 4, 8].map(|bit| kind & bit != 0);
                 let kind = CameraKernel {
@@ -232,7 +234,6 @@ impl GpuTracer {
                     has_lamps,
                     has_rain,
                 };
-                let groups = if batch.has_cameras(kind) { batch.groups[0] } else { 0 };
                 let kernel =
                     (groups > 0).then(|| self.kernels.trace_cameras(&self.gpu.device, kind));
                 (kernel, groups)

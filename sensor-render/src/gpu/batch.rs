@@ -2,7 +2,6 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3};
 use protocol::{SensorSpec, lens_model, output, sensor};
 
-use super::kernels::CameraKernel;
 use super::top_levels;
 use crate::film::{CELLS, Development};
 use crate::lidar::Lidar;
@@ -71,7 +70,20 @@ pub(crate) struct ViewBefore {
     down: [f32; 4],
 }
 
+/// Number of kinds of cameras, each with a kernel of its own.
+pub(crate) const CAMERA_KINDS: usize = 16;
+
 impl GpuCamera {
+    /// Returns the kind: 1 for several rays per pixel, plus 2 for a lens, 4 for effects, and 8 for normals or
+    /// optical flow.
+    fn kind(&self) -> usize {
+        let is_smooth = self.color != NONE && self.samples > 1;
+        let has_lens = self.lens != lens_model::PINHOLE;
+        let has_effects = self.development != NONE;
+        let has = [is_smooth, has_lens, has_effects, self.has_surfaces()];
+        has.iter().enumerate().map(|(bit, has)| usize::from(*has) << bit).sum()
+    }
+
     /// Returns whether the camera measures normals or optical flow.
     pub(crate) fn has_surfaces(&self) -> bool {
         self.normal != NONE || self.flow != NONE
@@ -366,16 +378,13 @@ impl Batch {
         self.groups[1] += (lidar.columns * lidar.channels).div_ceil(64);
     }
 
-    /// Returns whether there is a camera that a kernel renders.
-    pub(crate) fn has_cameras(&self, kernel: CameraKernel) -> bool {
-        let CameraKernel { is_smooth, has_lens, has_effects, has_surfaces, .. } = kernel;
-        let is_of_kind = |camera: &GpuCamera| {
-            (camera.color != NONE && camera.samples > 1) == is_smooth
-                && (camera.lens != lens_model::PINHOLE) == has_lens
-                && (camera.development != NONE) == has_effects
-                && camera.has_surfaces() == has_surfaces
-        };
-        self.cameras.iter().any(is_of_kind)
+    /// Returns of which kinds there are cameras.
+    pub(crate) fn camera_kinds(&self) -> [bool; CAMERA_KINDS] {
+        let mut kinds = [false; CAMERA_KINDS];
+        for camera in &self.cameras {
+            kinds[camera.kind()] = true;
+        }
+        kinds
     }
 
     /// Returns whether drops or spray are before a camera.
