@@ -169,22 +169,34 @@ impl Body<'_> {
 
     /// The upper edges of both bumpers, from corner to corner.
     fn bumpers(&self) -> Vec<Vec<Spot>> {
+        self.round_ends(|end| {
+            let at_end = if end.is_front { 0.02 } else { 0.98 };
+            let top = end.shape.top(at_end).min(end.shape.belt(at_end)) * end.measure.size_m.z;
+            end.shape.clearance_m + (top - end.shape.clearance_m) * 0.52
+        })
+    }
+
+    /// The bands of unpainted plastic below both bumpers, from corner to corner.
+    fn valances(&self) -> Vec<Vec<Spot>> {
+        self.round_ends(|end| end.low() + 0.005)
+    }
+
+    /// A line round the front and one round the rear of a body with doors, each at a height of its end.
+    fn round_ends(&self, height: impl Fn(&End) -> f32) -> Vec<Vec<Spot>> {
         if self.shape.doors == 0 {
             return Vec::new();
         }
         let Body { shape, measure, surface } = *self;
-        let edge = |is_front: bool| -> Vec<Spot> {
+        let line = |is_front: bool| -> Vec<Spot> {
             let end = End { shape, measure, is_front, surface: Some(surface) };
-            let at_end = if is_front { 0.02 } else { 0.98 };
-            let top = shape.top(at_end).min(shape.belt(at_end)) * measure.size_m.z;
-            let z = shape.clearance_m + (top - shape.clearance_m) * 0.52;
+            let z = height(&end);
             let at = |step: i32| {
                 let u = step as f32 * 0.1;
                 end.round(u.signum(), u.abs(), z)
             };
             (-12..=12).filter_map(at).collect()
         };
-        vec![edge(true), edge(false)]
+        vec![line(true), line(false)]
     }
 
     /// The bands along the lower edges of both sides, between the wheels.
@@ -203,24 +215,6 @@ impl Body<'_> {
         };
         let low = self.shape.clearance_m + 0.03;
         [1.0, -1.0].map(|side| [low, low + SILL_M].map(|z| line(side, z))).concat()
-    }
-
-    /// The bands of unpainted plastic below both bumpers, from corner to corner.
-    fn valances(&self) -> Vec<Vec<Spot>> {
-        if self.shape.doors == 0 {
-            return Vec::new();
-        }
-        let Body { shape, measure, surface } = *self;
-        let edge = |is_front: bool| -> Vec<Spot> {
-            let end = End { shape, measure, is_front, surface: Some(surface) };
-            let z = end.low() + 0.005;
-            let at = |step: i32| {
-                let u = step as f32 * 0.1;
-                end.round(u.signum(), u.abs(), z)
-            };
-            (-12..=12).filter_map(at).collect()
-        };
-        vec![edge(true), edge(false)]
     }
 
     /// The bands of unpainted plastic round the wheel arches.
