@@ -25,7 +25,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use clap::Parser;
-use omnibus_tests::closed_loop::{Cast, World};
+use omnibus_tests::closed_loop::{Cast, WIDE_PERCENT, World};
 use road::Network;
 
 #[derive(Parser)]
@@ -48,6 +48,9 @@ struct Arguments {
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     #[arg(long)]
     sedans: bool,
+    /// Trucks and buses in the mixture, in percent.
+    #[arg(long, default_value_t = WIDE_PERCENT)]
+    wide_percent: usize,
     /// Prints the plans of these vehicles, twice a second.
     #[arg(long, value_delimiter = ',')]
     watch: Vec<u32>,
@@ -62,8 +65,8 @@ struct Arguments {
 fn main() {
     let arguments = Arguments::parse();
     let (name, network) = network(arguments.map.as_deref());
-    let Arguments { vehicles, walkers, seed, sedans, .. } = arguments;
-    let cast = Cast { vehicles, walkers, seed, sedans };
+    let Arguments { vehicles, walkers, seed, sedans, wide_percent, .. } = arguments;
+    let cast = Cast { vehicles, walkers, seed, sedans, wide_percent };
     let mut world = World::new(Arc::new(network), &cast);
     let mut trace = arguments.trace.as_deref().map(begin_trace);
     let begin_nanos = bus::clock::now_nanos();

@@ -10,7 +10,7 @@ use std::sync::{
 };
 
 use mapgen::{Character, Plan};
-use omnibus_tests::closed_loop::{Cast, World};
+use omnibus_tests::closed_loop::{Cast, WIDE_PERCENT, World};
 
 use crate::kit::{is_soak, thread};
 
@@ -36,7 +36,13 @@ fn plan(seed: u64) -> Plan {
 fn drive(plan: &Plan) -> Vec<String> {
     let network = Arc::new(road::Network::parse(&mapgen::generate(plan)).unwrap());
     let places = network.spawn_points().len();
-    let cast = Cast { vehicles: VEHICLES, walkers: 0, seed: plan.seed, sedans: false };
+    let cast = Cast {
+        vehicles: VEHICLES,
+        walkers: 0,
+        seed: plan.seed,
+        sedans: false,
+        wide_percent: WIDE_PERCENT,
+    };
     let mut world = World::new(network, &cast);
     let seconds = if is_soak() { 600 } else { 300 };
     (0..seconds * 20).for_each(|_| world.tick());

@@ -11,7 +11,7 @@ use std::{
     },
 };
 
-use omnibus_tests::closed_loop::{Cast, World};
+use omnibus_tests::closed_loop::{Cast, WIDE_PERCENT, World};
 
 use crate::kit::{is_soak, note_skipped, thread};
 
@@ -23,8 +23,16 @@ const STAND_MAX_S: f32 = 120.0;
 fn drive(map: &PathBuf, seconds: u64) -> Vec<String> {
     let name = map.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let network = Arc::new(road::Network::parse(&std::fs::read_to_string(map).unwrap()).unwrap());
-    let mut world =
-        World::new(network, &Cast { vehicles: VEHICLES, walkers: 0, seed: 1, sedans: false });
+    let mut world = World::new(
+        network,
+        &Cast {
+            vehicles: VEHICLES,
+            walkers: 0,
+            seed: 1,
+            sedans: false,
+            wide_percent: WIDE_PERCENT,
+        },
+    );
     (0..seconds * 20).for_each(|_| world.tick());
     let (vehicles, driven_m, longest_s) = world.figures();
     let stands = world.standstills(STAND_MAX_S);

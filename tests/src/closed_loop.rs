@@ -45,7 +45,14 @@ pub struct Cast {
     pub seed: u64,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     pub sedans: bool,
+    /// Trucks and buses in that mixture, in percent; at most [`MOTOR_PERCENT`].
+    pub wide_percent: usize,
 }
+
+/// Trucks and buses in the usual mixture, in percent.
+pub const WIDE_PERCENT: usize = 8;
+/// All but two-wheelers.
+const MOTOR_PERCENT: usize = 94;
 
 /// Observations of one vehicle.
 #[derive(Default)]
@@ -152,8 +159,11 @@ impl World {
         }
         while self.records.len() < cast.vehicles {
             let Some(place) = places.pop() else { break };
-            let blueprint =
-                if cast.sedans { "vehicle.tesla.model3" } else { vehicle(&mut random).id };
+            let blueprint = if cast.sedans {
+                "vehicle.tesla.model3"
+            } else {
+                vehicle(&mut random, cast.wide_percent).id
+            };
             let (_, blueprint) = town::blueprint(blueprint).expect("it is in the catalogue");
             let spawn = Spawn {
                 blueprint: Name::new(blueprint.id),
@@ -637,11 +647,14 @@ fn pose(network: &Network, at: LanePoint) -> Pose {
 }
 
 /// Draws a blueprint: mostly cars.
-fn vehicle(random: &mut RandomStream) -> &'static town::Blueprint {
-    let kinds = match random.below(100) {
-        0..86 => &["car", "van"][..],
-        86..94 => &["truck", "bus"],
-        _ => &["motorcycle", "bicycle"],
+fn vehicle(random: &mut RandomStream, wide_percent: usize) -> &'static town::Blueprint {
+    let drawn = random.below(100);
+    let kinds = if drawn + wide_percent < MOTOR_PERCENT {
+        &["car", "van"][..]
+    } else if drawn < MOTOR_PERCENT {
+        &["truck", "bus"]
+    } else {
+        &["motorcycle", "bicycle"]
     };
     let choice: Vec<_> =
         town::catalogue().iter().filter(|b| kinds.contains(&b.base_type)).collect();

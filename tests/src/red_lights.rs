@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use protocol::{ActorId, ActorState, light};
-use road::{LaneIndex, Network, Signal};
+use road::{LaneIndex, LanePoint, Network, Signal};
 use traffic::VehiclePlan;
 
 /// How far the front is beyond a line that has been passed: vehicles stop at lines, and their origin is not in their
@@ -11,6 +11,9 @@ use traffic::VehiclePlan;
 const BEYOND_M: f32 = 1.0;
 /// A light counts as red from this long on, because a decision acts a frame later. Seconds.
 const RED_S: f32 = 0.2;
+
+/// Resolution with which lanes are measured. Metres.
+const STEP_M: f64 = 0.5;
 
 /// Lights by what they govern, and the vehicles that have passed their lines.
 pub(crate) struct RedLights {
@@ -40,7 +43,7 @@ impl RedLights {
                 continue;
             }
             for at in network.approaches(signal) {
-                let line_m = at.along_m as f32 + BEYOND_M;
+                let line_m = arc_m(network, at) + BEYOND_M;
                 lines.entry(at.lane).or_default().push((line_m, number));
             }
             let inside = signal.lanes.iter().filter(|(lane, _)| is_inside(network, *lane));
@@ -91,6 +94,19 @@ impl RedLights {
     }
 }
 
+/// Returns the length of the centre of a lane up to a point, as plans measure it: the point counts along the
+/// reference line of the road, which is longer or shorter in bends.
+fn arc_m(network: &Network, to: LanePoint) -> f32 {
+    let steps = (to.along_m / STEP_M).ceil().max(1.0);
+    let place = |step: f64| {
+        let along_m = to.along_m * step / steps;
+        network.place(LanePoint { along_m, ..to }).position
+    };
+    let lengths =
+        (0..steps as u32).map(f64::from).map(|step| place(step).distance(place(step + 1.0)));
+    lengths.sum::<f64>() as f32
+}
+
 /// Types are those of ASAM OpenDRIVE's catalogue without a country: the others are for pedestrians, cyclists and
 /// trams.
 fn is_vehicle_light(signal: &Signal) -> bool {
@@ -117,4 +133,70 @@ fn entries(network: &Network, lane: LaneIndex) -> Vec<(LaneIndex, LaneIndex)> {
         }
     }
     found
+}
+
+#[cfg(test)]
+mod tests {
+    use traffic::WaitReason;
+
+    use super::*;
+
+    fn plan(lane: LaneIndex, along_m: f32) -> VehiclePlan {
+        VehiclePlan {
+            actor_id: ActorId(1),
+            lane,
+            along_m,
+            cross_track_error_m: 0.0,
+            limit_mps: 10.0,
+            desired_speed_mps: 10.0,
+            leader: ActorId::NONE,
+            leader_m: f32::INFINITY,
+            stop_m: f32::INFINITY,
+            merge_m: f32::INFINITY,
+            reservation: 0,
+            waited_s: 0.0,
+            wait_reason: WaitReason::None,
+            blocker: ActorId::NONE,
+            reverses: false,
+            is_turning_around: false,
+        }
+    }
+
+    /// Returns whether a vehicle has passed red whose front is half a metre before a line, half a metre
+    /// farther than vehicles stop beyond it, and 5 m farther, while the light shows these states.
+    fn passes_red(bends_m: f32, shown: [u32; 3]) -> bool {
+        let network = Network::parse(&mapgen::named("Town02").unwrap()).unwrap();
+        let centre_m = |to: LanePoint| {
+            let place = |part: i32| {
+                let along_m = to.along_m * f64::from(part) / 5000.0;
+                network.place(LanePoint { along_m, ..to }).position
+            };
+            (0..5000).map(|part| place(part).distance(place(part + 1))).sum::<f64>() as f32
+        };
+        let signals = network.signals().iter().zip(0u32..);
+        let lights = signals.filter(|(signal, _)| is_vehicle_light(signal));
+        let mut ends = lights.flat_map(|(signal, number)| {
+            network.approaches(signal).into_iter().map(move |at| (at, number))
+        });
+        let (at, signal) = ends
+            .find(|(at, _)| at.along_m as f32 - centre_m(*at) > bends_m)
+            .expect("a line after bends");
+        let next = network.lane(at.lane).successors[0];
+        let mut red_lights = RedLights::new(&network);
+        let line_m = centre_m(at);
+        let ways_m = [line_m - 0.5, line_m + BEYOND_M + 0.5, line_m + BEYOND_M + 5.0];
+        for (front_m, phase) in ways_m.into_iter().zip(shown) {
+            let light = ActorState { signal, phase, ..ActorState::default() };
+            red_lights.advance(&[light], 1.0);
+            assert_eq!(red_lights.follow(&plan(at.lane, front_m), 0.0), None);
+        }
+        red_lights.follow(&plan(next, 0.0), 0.0) == Some(signal)
+    }
+
+    #[test]
+    fn a_line_after_bends_is_where_plans_measure_it() {
+        let [green, red] = [light::GREEN, light::RED];
+        assert!(!passes_red(2.0, [green, green, red]), "it passes the line at green");
+        assert!(passes_red(2.0, [green, red, red]), "it passes the line at red");
+    }
 }
