@@ -315,7 +315,7 @@ fn badge(builder: &mut MeshBuilder, end: &End, z: f32) {
     if let Some((at, normal)) = end.ahead(0.0, z) {
         for (material, rgb, radius, out) in [
             (Material::Metal, [176, 178, 180], BADGE_M, 0.005),
-            (Material::Plastic, [20, 21, 24], BADGE_M * 0.72, 0.007),
+            (Material::Metal, [96, 99, 104], BADGE_M * 0.72, 0.007),
         ] {
             builder.tinted(material, rgb);
             builder.cone(at - normal * 0.02, at + normal * out, [radius, radius * 0.94], 14);
