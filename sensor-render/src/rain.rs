@@ -17,9 +17,9 @@ pub(crate) const DROPS_PER_CELL: u32 = 2;
 /// Diameters of the drops that are drawn, metres; those between are equally frequent by their square root.
 pub(crate) const DIAMETERS_M: [f32; 2] = [0.001, 0.003_5];
 
-/// Speed at which drops of 2 mm fall, m/s: D. Atlas, R. Srivastava and R. Sekhon, *Doppler radar
+/// Speeds at which drops of [`DIAMETERS_M`] fall, m/s: D. Atlas, R. Srivastava and R. Sekhon, *Doppler radar
 /// characteristics of precipitation at vertical incidence*, 1973.
-const FALL_MPS: f32 = 6.55;
+const FALL_MPS: [f32; 2] = [4.0, 8.4];
 
 /// Wind of a weather at full intensity, m/s.
 const WIND_MPS: f32 = 10.0;
@@ -136,7 +136,7 @@ pub(crate) fn nearest(puffs: &[Puff], origin: Vec3) -> ([Puff; PUFFS_MAX], u32) 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
 pub(crate) struct Rainfall {
-    /// Way of a drop relative to the camera during the exposure in world space, metres.
+    /// Way of the largest drops relative to the camera during the exposure in world space, metres.
     pub(crate) streak: [f32; 3],
     /// 1 / the side of a cell of a layer, 1/m.
     pub(crate) per_cell: f32,
@@ -146,7 +146,9 @@ pub(crate) struct Rainfall {
     pub(crate) seed: u32,
     /// Number of puffs.
     pub(crate) count: u32,
-    pub(crate) reserved: [u32; 2],
+    /// Length of the way of the smallest drops, by that of the largest.
+    pub(crate) shortest: f32,
+    pub(crate) reserved: u32,
     pub(crate) puffs: [Puff; PUFFS_MAX],
 }
 
@@ -174,10 +176,12 @@ impl Rainfall {
                 .find(|secs| *secs > 0.0)
                 .unwrap_or(EXPOSURE_SECS);
             let wind = WIND_MPS * (weather.wind_intensity / 100.0).clamp(0.0, 1.0);
-            let streak = (Vec3::new(wind, 0.0, -FALL_MPS) - velocity) * exposure_secs;
+            let [short, streak] = FALL_MPS
+                .map(|fall_mps| (Vec3::new(wind, 0.0, -fall_mps) - velocity) * exposure_secs);
             let cell_m = (1.2 * streak.length()).max(0.05);
             let per_m3 = rain.drops_per_m3(DIAMETERS_M[0]);
             rainfall.streak = streak.to_array();
+            rainfall.shortest = (short.length() / streak.length().max(1e-6)).min(1.0);
             rainfall.per_cell = 1.0 / cell_m;
             rainfall.chances = LAYERS_M.map(|layer_m| {
                 let drops = per_m3 * (LAYER_RATIO - 1.0) * layer_m * cell_m * cell_m;

@@ -121,14 +121,15 @@ fn streaks<F: Float>(rain: &Rainfall, pixel: f32, direction: V3<F>, t: F) -> F {
             let exists = (other.shr::<16>().to_float() * unit).lt(F::splat(chance)) & seen;
             let x = at_x - (one - reach_x).mul_add(from_left, reach_x * half);
             let y = at_y - (one - reach_y).mul_add(from_low, reach_y * half);
-            let along = x.mul_add(way_x, y * way_y) / way_squared;
+            let short = size.mul_add(F::splat(1.0 - rain.shortest), F::splat(rain.shortest));
+            let along = x.mul_add(way_x, y * way_y) / (way_squared * short);
             let off = x.mul_add(way_y, y * -way_x).abs() / (way * cells);
             let [thin, thick] = DIAMETERS_M;
             let diameter = (size * size).mul_add(F::splat(thick - thin), F::splat(thin));
             let covered = (((diameter + side) * half - off) / side).max(zero);
             let covered = covered.min((diameter / side).min(one));
-            let end = ((half - along.abs()) * F::splat(5.0)).clamp01();
-            let part = diameter / (way / cells + diameter);
+            let end = ((half - along.abs()) * F::splat(3.0)).clamp01();
+            let part = diameter / (way * short / cells + diameter);
             opacity = opacity + (covered * end * part).or(exists, zero);
         }
     }
@@ -196,11 +197,17 @@ mod tests {
     fn streaks_cover_the_share_that_the_drops_of_the_rain_cover() {
         let rain = rainfall(Vec3::ZERO, 1);
         let way = Vec3::from(rain.streak).length();
-        // The mean of D · D / (way + D) over the diameters, and 0.8 for the thin ends.
+        // The mean of D · D / (way + D) · way over the diameters, larger drops having longer ways, and 2/3 for the
+        // faint ends.
         let [thin, thick] = DIAMETERS_M;
         let steps = (0..1000).map(|step| (step as f32 + 0.5) / 1000.0);
-        let diameters = steps.map(|size| thin + size * size * (thick - thin));
-        let by_drop = diameters.map(|d| d * d / (way + d)).sum::<f32>() / 1000.0 * way * 0.8;
+        assert!(rain.shortest < 0.5, "{}", rain.shortest);
+        let of_drop = |size: f32| {
+            let diameter = thin + size * size * (thick - thin);
+            let way = way * (rain.shortest + size * (1.0 - rain.shortest));
+            diameter * diameter / (way + diameter) * way
+        };
+        let by_drop = steps.map(of_drop).sum::<f32>() / 1000.0 * (2.0 / 3.0);
         let cells = rain.per_cell * rain.per_cell;
         let wanted = rain.chances.iter().sum::<f32>() * DROPS_PER_CELL as f32 * cells * by_drop;
         let seeds = 1..9;

@@ -91,12 +91,13 @@ fn streaks(camera: u32, d: vec3f, t: f32) -> f32 {
             let from_low = vec2f(f32(where_ & 0xffffu), f32(where_ >> 16u)) * (1.0 / 65536.0);
             let big = f32(other & 0xffffu) * (1.0 / 65536.0);
             let to = inside - (reach * 0.5 + (1.0 - reach) * from_low);
-            let along = dot(to, way) / squared;
+            let short = mix(rainfalls[index].shortest, 1.0, big);
+            let along = dot(to, way) / (squared * short);
             let off = abs(to.x * way.y - to.y * way.x) / (long * per_cell);
             let diameter = DIAMETERS_M.x + big * big * (DIAMETERS_M.y - DIAMETERS_M.x);
             let covered = max(((diameter + side) * 0.5 - off) / side, 0.0);
-            let end = clamp((0.5 - abs(along)) * 5.0, 0.0, 1.0);
-            let part = diameter / (long / per_cell + diameter);
+            let end = clamp((0.5 - abs(along)) * 3.0, 0.0, 1.0);
+            let part = diameter / (long * short / per_cell + diameter);
             opacity += min(covered, min(diameter / side, 1.0)) * end * part;
         }
     }

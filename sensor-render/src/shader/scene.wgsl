@@ -100,8 +100,8 @@ struct Rainfall {
     chances: vec4f,
     drops_seed: u32,
     puff_count: u32,
+    shortest: f32,
     reserved0: u32,
-    reserved1: u32,
     puffs: array<Puff, 8>,
 }
 
