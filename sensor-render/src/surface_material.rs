@@ -331,7 +331,7 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
 
 /// Tint of the clear cover of a head lamp, and the share of the lamp's radiance that the cover scatters.
 const LENS: u32 = 1;
-const LENS_SHARE: f32 = 0.025;
+const LENS_SHARE: f32 = 0.012;
 
 /// Share of a head lamp's radiance that a lit sign of a tint has: the radiance of a taxi's sign.
 const SIGN_SHARE: f32 = 0.03;
@@ -342,7 +342,7 @@ const BEACON_GAIN: f32 = 24.0;
 /// Dust and road film on the paint of vehicles: their albedo; the share of the paint that they cover at its lower
 /// edge, of the dirtiest vehicle; and the heights above the road between which they end. Metres.
 pub(crate) const DUST: Vec3 = Vec3::new(0.135, 0.122, 0.104);
-const DIRT: f32 = 0.6;
+const DIRT: f32 = 0.35;
 pub(crate) const DIRT_M: [f32; 2] = [0.2, 0.95];
 
 /// Albedo of the blackest car paint, and what the whitest adds: no paint reflects all light of a colour and none

@@ -133,6 +133,15 @@ pub(crate) fn reflection<F: Float>(light: &Light, r: V3<F>) -> V3<F> {
     city.lerp(gradient(light, r.z), above)
 }
 
+/// Returns the environment that the flakes of a paint reflect, most of them turned by up to 30 degrees, about a
+/// direction with the vertical component `z`.
+#[inline(always)]
+pub(crate) fn blurred_reflection<F: Float>(light: &Light, z: F) -> V3<F> {
+    let low = F::splat(1.0) - z.clamp01();
+    let sky = splat::<F>(light.zenith).lerp(splat(light.horizon), low * low);
+    splat::<F>(light.ground).lerp(sky, smooth(F::splat(-0.4), F::splat(0.5), z))
+}
+
 /// Returns the ambient light of the sky and the ground on a surface whose normal has vertical
 /// component `z`.
 #[inline(always)]

@@ -233,7 +233,7 @@ fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
     let (x, y) = (surfaces.along, surfaces.height);
     let places =
         noise_of(x, y, 0.21, 40).mul_add(F::splat(0.6), noise_of(x, y, 1.3, 41) * F::splat(0.4));
-    let places = (places - F::splat(0.5)).mul_add(F::splat(0.3), one);
+    let places = (places - F::splat(0.5)).mul_add(F::splat(0.16), one);
     let wave = (one - streaks) * (one - splash) * places;
     surfaces.albedo = surfaces.albedo * wave.or(mask, one);
 }

@@ -12,9 +12,13 @@ const FILM = 0.4;
 const SOFT_PER = 4.0;
 const SOFT_MAX = 0.7;
 const THROUGH_LEAF = vec3f(0.62, 0.70, 0.30);
-const PIGMENT = 0.82;
-const FLAKES = 0.5;
+const COAT_MIN = 0.03;
+const COAT_PER_ALBEDO = 0.1;
+const PIGMENT = 0.3;
+const FLAKES = 7.5;
+const FLAKES_SKY = 1.25;
 const FLAKES_SPREAD = 0.13;
+const SOLID = vec2f(0.38, 0.58);
 const PANE = 0.5;
 const PANES_MAX = 4u;
 const CABIN = 0.14;
@@ -134,8 +138,11 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     let shaded = surface.albedo * frame.sun_color.xyz * around;
     var mirrored = reflection(r);
     var behind = vec3f(0.0);
+    let is_paint = material_of(hit) == CAR_PAINT;
     if (SMOOTH) {
-        let has_mirror = surface.roughness < ROUGHNESS_MAX && mirror * clear > MIRROR_MIN;
+        let coat = min(surface.albedo.y * COAT_PER_ALBEDO + COAT_MIN, MIRROR_MIN);
+        let least = select(MIRROR_MIN, coat, is_paint);
+        let has_mirror = surface.roughness < ROUGHNESS_MAX && mirror * clear > least;
         // The reflection, then what is behind a pane, in one loop: each call of `closest` is a copy of it.
         var step = select(1u, 0u, has_mirror);
         let end = select(1u, 1u + PANES_MAX, is_pane(hit));
@@ -169,15 +176,21 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     }
     let reflected = mix(mirrored, sky_light, surface.roughness);
     let base = mix(shaded, reflected, mirror) + surface.emission + behind * (1.0 - mirror);
-    let sky = surface.albedo * sky_light * (1.0 - mirror);
+    var sky = surface.albedo * sky_light * (1.0 - mirror);
 
     var direct = surface.albedo * (max(facing, around) - around);
     if (SMOOTH && is_foliage(hit)) {
         direct += surface.albedo * THROUGH_LEAF * max(-facing, 0.0);
     }
-    if (SMOOTH && material_of(hit) == CAR_PAINT) {
-        let flakes = FLAKES_SPREAD / (1.0 - dot(r, frame.sun.xyz) + FLAKES_SPREAD);
-        direct = direct * PIGMENT + surface.albedo * (flakes * flakes * clamp(facing, 0.0, 1.0) * FLAKES);
+    if (SMOOTH && is_paint) {
+        let brightest = max(surface.albedo.x, max(surface.albedo.y, surface.albedo.z));
+        let metal = smoothly(SOLID.y, SOLID.x, brightest);
+        let pigment = mix(1.0, PIGMENT, metal);
+        let lobe = FLAKES_SPREAD / (1.0 - dot(r, frame.sun.xyz) + FLAKES_SPREAD);
+        let flakes = lobe * lobe * clamp(facing, 0.0, 1.0) * (FLAKES * metal);
+        direct = direct * pigment + surface.albedo * flakes;
+        sky = sky * pigment
+            + surface.albedo * blurred_reflection(r.z) * (metal * FLAKES_SKY * (1.0 - mirror));
     }
     let spread = surface.roughness * surface.roughness + 0.004;
     let lobe = spread / (1.0 - dot(r, frame.sun.xyz) + spread);

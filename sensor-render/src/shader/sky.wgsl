@@ -83,6 +83,13 @@ fn reflection(r: vec3f) -> vec3f {
     return mix(city, gradient(r.z), smoothly(0.02, 0.42, r.z));
 }
 
+// Environment that the flakes of a paint reflect about a direction with the vertical component `z`.
+fn blurred_reflection(z: f32) -> vec3f {
+    let low = 1.0 - clamp(z, 0.0, 1.0);
+    let sky = mix(frame.zenith.xyz, frame.horizon.xyz, low * low);
+    return mix(frame.ground.xyz, sky, smoothly(-0.4, 0.5, z));
+}
+
 // Ambient light of the sky and the ground on a surface whose normal has vertical component `z`.
 fn ambient(z: f32) -> vec3f {
     let sky = frame.zenith.xyz * 0.3 + frame.horizon.xyz * 0.52;

@@ -38,11 +38,11 @@ const KERB_M = 0.19;
 const PAINT = vec2f(0.01, 0.76);
 const BARK_LENGTH = 0.35;
 const LENS = 1u;
-const LENS_SHARE = 0.025;
+const LENS_SHARE = 0.012;
 const SIGN_SHARE = 0.03;
 const BEACON_GAIN = 24.0;
 const DUST = vec3f(0.135, 0.122, 0.104);
-const DIRT = 0.6;
+const DIRT = 0.35;
 const DIRT_M = vec2f(0.2, 0.95);
 
 struct SurfaceMaterial {

@@ -162,5 +162,5 @@ fn weather_wall(surface: ptr<function, SurfaceMaterial>) {
     let y = (*surface).height;
     let places = noise_at(x * 0.21, y * 0.21, 40u) * 0.6 + noise_at(x * 1.3, y * 1.3, 41u) * 0.4;
     (*surface).albedo *= (1.0 - smoothly(0.45, 0.9, streaks) * 0.14) * (1.0 - splash)
-        * (1.0 + (places - 0.5) * 0.3);
+        * (1.0 + (places - 0.5) * 0.16);
 }
