@@ -2,10 +2,10 @@
 //!
 //! One submission measures a batch of sensors: one dispatch for the pixels of all cameras, three
 //! that develop the films of those with effects, one for debug shapes, one for the beams of all
-//! lidars, and one that packs tags into bytes. If all are cameras of one payload in a subscriber's
-//! memory that can be imported, the shaders write into it. Else the device writes into its own memory, and its copy
-//! engine copies the bytes into the subscribers' memory, or into a staging buffer from which the CPU
-//! copies them.
+//! lidars, and one that packs tags into bytes. The shaders write cameras into payloads in subscribers'
+//! memory that can be imported. Lidars, and cameras of other payloads, are written into the device's own memory,
+//! and its copy engine copies the bytes into the subscribers' memory, or into a staging buffer from which the
+//! CPU copies them.
 
 mod batch;
 mod bounds;
@@ -13,6 +13,7 @@ mod import;
 mod instance;
 mod kernels;
 mod open;
+mod payloads;
 mod readback;
 mod resources;
 #[cfg(test)]
@@ -20,17 +21,18 @@ pub(crate) mod tests;
 mod timer;
 mod top_levels;
 
-use std::collections::{BTreeMap, VecDeque};
+use std::collections::VecDeque;
 
 use wgpu::{
-    BindGroup, Buffer, BufferBinding, CommandEncoder, CommandEncoderDescriptor, ComputePass,
-    ComputePassDescriptor, ComputePipeline, PollType, SubmissionIndex,
+    Buffer, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor, ComputePipeline,
+    PollType, SubmissionIndex,
 };
 
 use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
 use batch::{Batch, CAMERA_KINDS, Window, batches};
 use kernels::{CameraKernel, Kernels};
 use open::Gpu;
+use payloads::Payloads;
 use readback::Readback;
 use resources::{GROUPS_ACROSS, GpuResources};
 pub use timer::DeviceTimes;
@@ -49,8 +51,7 @@ pub struct GpuTracer {
     readback: Readback,
     /// `None` if the device has no timestamps.
     timer: Option<Timer>,
-    /// Imported payloads by address; `None` while imports are not allowed.
-    imported: Option<BTreeMap<usize, Import>>,
+    payloads: Payloads,
     /// Batch of the last frame, for its memory: fresh pages cost as much as what is written to them.
     spare: Batch,
 }
@@ -64,27 +65,6 @@ fn run_kernel(pass: &mut ComputePass, kernel: Option<&ComputePipeline>, groups: 
         let rows = groups.div_ceil(GROUPS_ACROSS);
         pass.dispatch_workgroups(groups.min(GROUPS_ACROSS), rows, 1);
     }
-}
-
-/// Result of importing one payload.
-#[derive(Debug)]
-struct Import {
-    len: usize,
-    /// `None` if the driver refused the import.
-    buffer: Option<Buffer>,
-    /// Bind group of the shaders that write into it.
-    direct: Option<Direct>,
-}
-
-/// How shaders write into a payload.
-#[derive(Clone, Debug)]
-struct Direct {
-    /// Of the resources when the group was made.
-    generation: u64,
-    /// Of the batch that was written last.
-    layout_hash: u64,
-    window: Window,
-    group: BindGroup,
 }
 
 /// Submitted batch.
@@ -110,8 +90,8 @@ impl GpuTracer {
         gpu.check()?;
         let readback = Readback::default();
         let timer = Timer::new(&gpu.device, &gpu.queue);
-        let (imported, spare) = (None, Batch::default());
-        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, imported, spare }))
+        let (payloads, spare) = (Payloads::new(&gpu.device), Batch::default());
+        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, payloads, spare }))
     }
 
     /// Returns the name of the adapter.
@@ -139,23 +119,21 @@ impl GpuTracer {
     /// Samples of a shared-memory pool with static allocation do, as long as their publisher lives.
     #[expect(unsafe_code, reason = "the device writes into memory whose lifetime it cannot see")]
     pub unsafe fn import_payloads(&mut self) {
-        self.imported = self.gpu.imports.then(BTreeMap::new);
+        if self.gpu.imports {
+            self.payloads.allow_imports();
+        }
     }
 
     /// Releases all imported memory, and allows no more imports until
     /// [`GpuTracer::import_payloads`] is called again. Call it before any imported memory is
     /// unmapped.
     pub fn forget_imports(&mut self) {
-        if self.imported.take().is_some() {
-            // The device frees the buffers when it is polled.
-            let _ = self.gpu.device.poll(PollType::Poll);
-        }
+        self.payloads.forget_imports(&self.gpu.device);
     }
 
     /// Returns the number of imported payloads.
     pub fn imported_count(&self) -> usize {
-        let imported = self.imported.iter().flat_map(BTreeMap::values);
-        imported.filter(|import| import.buffer.is_some()).count()
+        self.payloads.imported_count()
     }
 
     /// Measures as [`crate::Tracer::measure`].
@@ -168,13 +146,17 @@ impl GpuTracer {
         self.gpu.check()?;
         let limits = self.gpu.device.limits();
         let bytes_max = limits.max_storage_buffer_binding_size.min(BATCH_BYTES_MAX) & !255;
-        let batches = batches(scene, world, jobs, bytes_max, std::mem::take(&mut self.spare))?;
+        let target = |job: &mut BundleJob| self.payloads.target(&self.gpu.device, job.out);
+        let targets: Vec<_> = jobs.iter_mut().map(target).collect();
+        let spare = std::mem::take(&mut self.spare);
+        let batches = batches(scene, world, jobs, &targets, bytes_max, spare)?;
         self.resources.upload_scene(&self.gpu, scene)?;
         for world in std::iter::once(world).chain(world.all_slices()) {
             bounds::check_world(scene, world).map_err(|why| self.gpu.error(why))?;
         }
         for batch in &batches {
-            bounds::check_batch(batch, world.overlay.texts.len())
+            let words_of = |payload| self.payloads.word_count(payload);
+            bounds::check_batch(batch, world.overlay.texts.len(), words_of)
                 .map_err(|why| self.gpu.error(why))?;
         }
         if let Some(timer) = &mut self.timer {
@@ -205,19 +187,14 @@ impl GpuTracer {
         self.resources.upload_batch(&self.gpu, scene, world, batch);
         let descriptor = CommandEncoderDescriptor { label: Some("batch") };
         let mut encoder = self.gpu.device.create_command_encoder(&descriptor);
-        let direct = self.direct_group(batch, jobs, &mut encoder);
-        if direct.is_none() && self.resources.layout_changed(batch) {
-            encoder.clear_buffer(self.resources.out(), 0, None);
-        }
+        self.payloads.prepare(&self.gpu, batch, &mut encoder);
         let (timed, timestamp_writes) = self.timer.as_mut().map(Timer::begin_batch).unzip();
         {
             let descriptor = ComputePassDescriptor { label: Some("rays"), timestamp_writes };
             let mut pass = encoder.begin_compute_pass(&descriptor);
-            let group = match &direct {
-                Some(group) => group,
-                None => self.resources.group(&self.gpu, &self.kernels),
-            };
-            pass.set_bind_group(0, group, &[]);
+            pass.set_bind_group(0, self.resources.group(&self.gpu, &self.kernels), &[]);
+            let outputs = self.payloads.group(&self.gpu.device, &self.kernels.outputs_layout);
+            pass.set_bind_group(1, outputs, &[]);
             let Kernels { draw_overlay, trace_lidars, pack_tags, .. } = &self.kernels;
             let has_lamps = self.resources.has_lamps();
             let has_rain = batch.has_rain();
@@ -265,16 +242,12 @@ impl GpuTracer {
                 run_kernel(&mut pass, kernel, groups);
             }
         }
-        let out = self.resources.out().clone();
+        let out = self.payloads.own().clone();
         let mut staged = Vec::new();
-        let copied = if direct.is_some() { &[][..] } else { &batch.windows };
-        for window in copied {
+        for window in &batch.windows {
             let whole = (window.end - window.begin).next_multiple_of(4);
-            match self.imported_payload(jobs[window.job].out) {
-                Some(Import { buffer: Some(payload), direct, .. })
-                    if window.begin + whole <= payload.size() =>
-                {
-                    *direct = None;
+            match self.payloads.imported(&self.gpu.device, jobs[window.job].out) {
+                Some(payload) if window.begin + whole <= payload.size() => {
                     encoder.copy_buffer_to_buffer(&out, window.base, payload, window.begin, whole);
                 }
                 _ => staged.push(*window),
@@ -322,63 +295,5 @@ impl GpuTracer {
             Readback::deliver(&self.gpu, &buffer, &windows, jobs)?;
         }
         Ok(())
-    }
-
-    /// Returns the bind group with which the shaders write a batch of cameras into its only payload; `None` if
-    /// it has several, or one that is not imported, or lidars.
-    fn direct_group(
-        &mut self,
-        batch: &Batch,
-        jobs: &mut [BundleJob],
-        encoder: &mut CommandEncoder,
-    ) -> Option<BindGroup> {
-        let [window] = batch.windows[..] else { return None };
-        if !batch.lidars.is_empty() {
-            // Words of points lie apart, and each would cross the bus alone: that takes ten times a copy.
-            return None;
-        }
-        let alignment = self.gpu.device.limits().min_storage_buffer_offset_alignment;
-        if !window.begin.is_multiple_of(alignment.into()) {
-            return None;
-        }
-        let out = &mut *jobs[window.job].out;
-        let address = out.as_ptr().addr();
-        self.imported_payload(out)?;
-        let Import { buffer, direct, .. } = self.imported.as_mut()?.get_mut(&address)?;
-        let payload =
-            buffer.as_ref().filter(|payload| window.begin + batch.byte_len <= payload.size())?;
-        let (generation, layout_hash) = (self.resources.generation(), batch.layout_hash());
-        let known = direct
-            .take()
-            .filter(|known| known.window == window && known.layout_hash == layout_hash);
-        if known.is_none() {
-            // Stale bytes may lie between the planes.
-            encoder.clear_buffer(payload, window.begin, Some(batch.byte_len));
-        }
-        let known = known.filter(|known| known.generation == generation);
-        let direct = direct.insert(known.unwrap_or_else(|| {
-            let size = std::num::NonZeroU64::new(batch.byte_len);
-            let out = BufferBinding { buffer: payload, offset: window.begin, size };
-            let group = self.resources.group_into(&self.gpu, &self.kernels, out);
-            Direct { generation, layout_hash, window, group }
-        }));
-        Some(direct.group.clone())
-    }
-
-    /// Returns the payload, imported if imports are allowed and the driver accepts it.
-    fn imported_payload(&mut self, out: &mut [u8]) -> Option<&mut Import> {
-        let imported = self.imported.as_mut()?;
-        let len = out.len() - out.len() % import::ALIGNMENT;
-        if !out.as_ptr().addr().is_multiple_of(import::ALIGNMENT) || len == 0 {
-            return None;
-        }
-        let known = imported.get(&out.as_ptr().addr()).is_some_and(|known| known.len >= len);
-        if !known {
-            #[expect(unsafe_code, reason = "import_payloads' caller has promised what it takes")]
-            // SAFETY: the caller of `import_payloads` promised that payloads stay mapped.
-            let buffer = unsafe { import::import(&self.gpu.device, out.as_mut_ptr(), len) }.ok();
-            imported.insert(out.as_ptr().addr(), Import { len, buffer, direct: None });
-        }
-        imported.get_mut(&out.as_ptr().addr())
     }
 }

@@ -31,7 +31,8 @@ pub(crate) struct GpuCamera {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) first_group: u32,
-    pub(crate) groups_across: u32,
+    /// Number of the buffer that its planes are written to; 0: the device's own.
+    pub(crate) payload: u32,
     pub(crate) color: u32,
     pub(crate) depth: u32,
     pub(crate) instance: u32,
@@ -130,6 +131,14 @@ pub(crate) struct GpuLidar {
 
 const _: () = assert!(size_of::<GpuLidar>() == 416);
 
+/// Payload that shaders write into.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Target {
+    /// Number of its buffer in the shaders.
+    pub(crate) number: u32,
+    pub(crate) byte_len: u64,
+}
+
 /// Consecutive sensors of one bundle: a range of its payload, and the place of that range in the
 /// output of the device.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -155,7 +164,7 @@ pub(crate) struct Batch {
     /// centre of pixel (0, 0), and the depth; negative where the camera does not show it.
     pub(crate) text_places: Vec<[f32; 4]>,
     pub(crate) windows: Vec<Window>,
-    /// Bytes of output.
+    /// Bytes in the device's own buffer.
     pub(crate) byte_len: u64,
     /// Number of unpacked tags, one word each.
     pub(crate) tag_len: u32,
@@ -172,7 +181,8 @@ pub(crate) struct Batch {
 }
 
 /// Checks the jobs, writes their tables of planes, and distributes their sensors to batches with at
-/// most `bytes_max` bytes of output each. The first batch uses the memory of `spare`.
+/// most `bytes_max` bytes each in the device's own buffer. Shaders write the cameras of a job with a target
+/// into that. The first batch uses the memory of `spare`.
 ///
 /// # Errors
 /// [`TraceError`] if a job is invalid or one sensor exceeds `bytes_max`.
@@ -180,19 +190,25 @@ pub(crate) fn batches(
     scene: &Scene,
     world: &World,
     jobs: &mut [BundleJob],
+    targets: &[Option<Target>],
     bytes_max: u64,
     spare: Batch,
 ) -> Result<Vec<Batch>, TraceError> {
     let mut batches = vec![spare.emptied()];
     let light = world.light();
-    for (job_index, job) in jobs.iter_mut().enumerate() {
+    for (job_index, (job, &target)) in jobs.iter_mut().zip(targets).enumerate() {
         let planes = outputs::check(job)?;
         outputs::write_table(world, job.sensors, planes, job.out);
         for of_sensor in planes.chunk_by(|a, b| a.sensor == b.sensor) {
             let (first, last) = (&of_sensor[0], &of_sensor[of_sensor.len() - 1]);
             let (begin, end) = (first.offset, last.offset + last.byte_len);
-            let byte_len = (end - begin).next_multiple_of(64);
             let spec = &job.sensors[first.sensor as usize];
+            let target = target.filter(|target| {
+                is_written_directly(spec) && end.next_multiple_of(64) <= target.byte_len
+            });
+            let payload = target.map_or(0, |target| target.number);
+            // In the device's own buffer.
+            let byte_len = if payload == 0 { (end - begin).next_multiple_of(64) } else { 0 };
             let unpacked = match of_sensor.iter().find(|plane| plane.output == output::TAG) {
                 Some(plane) => plane.byte_len * 4,
                 None => 0,
@@ -212,7 +228,7 @@ pub(crate) fn batches(
                 batches.push(Batch::default());
                 batch = batches.last_mut().unwrap_or_else(|| unreachable!("just pushed"));
             }
-            let base = batch.byte_len;
+            let base = if payload == 0 { batch.byte_len } else { begin };
             let plane = |output: u32| {
                 let plane = of_sensor.iter().find(|plane| plane.output == output);
                 plane.map_or(NONE, |plane| ((base + plane.offset - begin) / 4) as u32)
@@ -220,15 +236,17 @@ pub(crate) fn batches(
             match sensor {
                 Sensor::Camera(camera) => {
                     batch.add_text_places(&camera, &world.overlay.texts);
-                    batch.add_camera(world, &camera, &light, plane);
+                    batch.add_camera(world, &camera, &light, payload, plane);
                 }
                 Sensor::Lidar(lidar) => batch.add_lidar(&lidar, plane),
             }
-            batch.extend(Window { job: job_index, begin, end, base });
-            batch.byte_len = base + byte_len;
+            if payload == 0 {
+                batch.extend(Window { job: job_index, begin, end, base });
+                batch.byte_len = base + byte_len;
+            }
         }
     }
-    batches.retain(|batch| batch.byte_len > 0);
+    batches.retain(|batch| batch.groups != [0; 3]);
     Ok(batches)
 }
 
@@ -255,10 +273,10 @@ impl Batch {
         world: &World,
         camera: &Camera,
         light: &Light,
+        payload: u32,
         plane: impl Fn(u32) -> u32,
     ) {
         let pixels = camera.width * camera.height;
-        let across = camera.width.div_ceil(8);
         let tag = plane(output::TAG);
         let color = plane(output::COLOR);
         let [film, development] = self.add_film(world, camera, light, color != NONE);
@@ -276,7 +294,7 @@ impl Batch {
             width: camera.width,
             height: camera.height,
             first_group: self.groups[0],
-            groups_across: across,
+            payload,
             color,
             depth: plane(output::DEPTH),
             instance: plane(output::INSTANCE),
@@ -294,7 +312,7 @@ impl Batch {
             view_before,
             ..lens_of(camera)
         });
-        self.groups[0] += across * camera.height.div_ceil(8);
+        self.groups[0] += camera.width.div_ceil(8) * camera.height.div_ceil(8);
         if tag != NONE {
             self.tag_len += pixels;
             self.groups[2] += (pixels.div_ceil(64) * 16).div_ceil(64);
@@ -402,11 +420,11 @@ impl Batch {
         self.lidars.iter().any(|lidar| (lidar.rays > 0) == has_echoes)
     }
 
-    /// Returns a hash of the layout of the output.
+    /// Returns a hash of what is written to the device's own buffer, and where.
     pub(crate) fn layout_hash(&self) -> u64 {
         let mut hash = self.byte_len | 1 << 63;
         let mut mix = |word: u64| hash = mesh::fold_word(hash, word) | 1 << 63;
-        for camera in &self.cameras {
+        for camera in self.cameras.iter().filter(|camera| camera.payload == 0) {
             let GpuCamera { color, depth, instance, tag, normal, flow, width, height, .. } =
                 *camera;
             for word in [color, depth, instance, tag, normal, flow, width, height] {
@@ -437,6 +455,12 @@ impl Batch {
         }
         self.windows.push(window);
     }
+}
+
+/// Returns whether shaders write a sensor into its payload. Each word of points, normals and flow would cross the
+/// bus alone, since those of neighbouring rays lie apart: that takes up to ten times a copy.
+fn is_written_directly(spec: &SensorSpec) -> bool {
+    spec.kind == sensor::CAMERA && spec.outputs & (output::NORMAL | output::FLOW) == 0
 }
 
 /// Returns an upper bound of the bytes of the film of a sensor.

@@ -113,9 +113,14 @@ fn check_hierarchy(
     Ok(())
 }
 
-/// Checks that every plane of a batch lies within the output, the tags and the tables, and that each of
-/// the overlay's texts has its place in the image of each camera.
-pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
+/// Checks that every plane of a batch lies within the buffer that it is written to, the tags and the tables,
+/// and that each of the overlay's texts has its place in the image of each camera. `words_of` gives the length
+/// of an imported payload.
+pub(crate) fn check_batch(
+    batch: &Batch,
+    texts: usize,
+    words_of: impl Fn(u32) -> u64,
+) -> Result<(), String> {
     let (places, cameras) = (batch.text_places.len(), batch.cameras.len());
     if places != cameras * texts {
         return Err(format!("there are {places} places of {texts} texts in {cameras} images"));
@@ -132,6 +137,7 @@ pub(crate) fn check_batch(batch: &Batch, texts: usize) -> Result<(), String> {
         let GpuCamera { width, height, color, depth, instance, tag, first_tag, .. } = *camera;
         let GpuCamera { film, development, .. } = *camera;
         let pixels = u64::from(width) * u64::from(height);
+        let words = if camera.payload == 0 { words } else { words_of(camera.payload) };
         within("colours", color, pixels, words)?;
         within("depths", depth, pixels, words)?;
         within("instances", instance, pixels, words)?;
@@ -275,9 +281,16 @@ mod tests {
             ..GpuCamera::zeroed()
         };
         let batch = |byte_len| Batch { cameras: vec![camera], byte_len, ..Batch::default() };
-        assert_eq!(check_batch(&batch(400), 0), Ok(()));
-        let error = check_batch(&batch(396), 0).unwrap_err();
+        let check = |batch: &Batch| check_batch(batch, 0, |payload| u64::from(payload) * 20);
+        assert_eq!(check(&batch(400)), Ok(()));
+        let error = check(&batch(396)).unwrap_err();
         assert_eq!(error, "colours take 100 words from 0 on, of 99");
+        let imported = |payload| {
+            let cameras = vec![GpuCamera { payload, ..camera }];
+            check(&Batch { cameras, ..Batch::default() })
+        };
+        assert_eq!(imported(5), Ok(()));
+        assert_eq!(imported(4).unwrap_err(), "colours take 100 words from 0 on, of 80");
         let lidar = GpuLidar {
             columns: 65_536,
             channels: 65_536,
@@ -291,6 +304,6 @@ mod tests {
         };
         let circles = vec![[0.0; 2]; 131_072];
         let batch = Batch { lidars: vec![lidar], circles, byte_len: 1 << 30, ..Batch::default() };
-        assert!(check_batch(&batch, 0).unwrap_err().starts_with("points take 17179869184 words"));
+        assert!(check(&batch).unwrap_err().starts_with("points take 17179869184 words"));
     }
 }

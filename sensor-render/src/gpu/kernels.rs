@@ -1,3 +1,4 @@
+use std::num::NonZeroU32;
 use std::sync::OnceLock;
 
 use wgpu::{
@@ -8,9 +9,18 @@ use wgpu::{
     ShaderSource, ShaderStages,
 };
 
-/// Number of bindings of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
+use super::open::ARRAY_FEATURES;
+
+/// Number of bindings of the first group of the shaders (scene.wgsl, lidar_return.wgsl, surface_material.wgsl,
 /// overlay_raster.wgsl, lamplight.wgsl and develop.wgsl).
-pub(crate) const BINDINGS: usize = 21;
+pub(crate) const BINDINGS: usize = 20;
+
+/// Buffers that shaders can write measurements to. Twin of outputs.wgsl.
+pub(crate) const OUTPUTS_MAX: usize = 256;
+
+/// Where measurements are written: to one buffer, or to one of several.
+const OUTPUT: &str = include_str!("../shader/output.wgsl");
+const OUTPUTS: &str = include_str!("../shader/outputs.wgsl");
 
 const SHADER: &str = concat!(
     include_str!("../shader/scene.wgsl"),
@@ -35,10 +45,34 @@ const SHADER: &str = concat!(
     include_str!("../shader/develop.wgsl"),
 );
 
+/// Returns whether shaders can write into several buffers.
+pub(crate) fn has_array(device: &Device) -> bool {
+    device.features().contains(ARRAY_FEATURES)
+        && device.limits().max_binding_array_elements_per_shader_stage as usize >= OUTPUTS_MAX
+}
+
+/// Returns the layout of the buffers that measurements are written to.
+fn outputs_layout(device: &Device) -> BindGroupLayout {
+    device.create_bind_group_layout(&BindGroupLayoutDescriptor {
+        label: Some("outputs"),
+        entries: &[BindGroupLayoutEntry {
+            binding: 0,
+            visibility: ShaderStages::COMPUTE,
+            ty: BindingType::Buffer {
+                ty: BufferBindingType::Storage { read_only: false },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: if has_array(device) { NonZeroU32::new(OUTPUTS_MAX as u32) } else { None },
+        }],
+    })
+}
+
 /// Compiled shaders.
 #[derive(Debug)]
 pub(crate) struct Kernels {
     layout: BindGroupLayout,
+    pub(crate) outputs_layout: BindGroupLayout,
     pipeline_layout: PipelineLayout,
     module: ShaderModule,
     /// Renders the pixels of cameras, by [`CameraKernel`]; compiled at the first use.
@@ -64,7 +98,7 @@ impl Kernels {
                 ty: BindingType::Buffer {
                     ty: match binding {
                         0 | 11 | 12 => BufferBindingType::Uniform,
-                        9 | 10 | 17 => BufferBindingType::Storage { read_only: false },
+                        9 | 17 => BufferBindingType::Storage { read_only: false },
                         _ => BufferBindingType::Storage { read_only: true },
                     },
                     has_dynamic_offset: false,
@@ -77,21 +111,22 @@ impl Kernels {
             label: Some("rays"),
             entries: &entries,
         });
+        let outputs_layout = outputs_layout(device);
         let pipeline_layout = device.create_pipeline_layout(&PipelineLayoutDescriptor {
             label: Some("rays"),
-            bind_group_layouts: &[Some(&layout)],
+            bind_group_layouts: &[Some(&layout), Some(&outputs_layout)],
             immediate_size: 0,
         });
+        let outputs = if has_array(device) { OUTPUTS } else { OUTPUT };
         let descriptor = ShaderModuleDescriptor {
             label: Some("rays"),
-            source: ShaderSource::Wgsl(SHADER.into()),
+            source: ShaderSource::Wgsl([outputs, SHADER].concat().into()),
         };
         #[expect(unsafe_code, reason = "a check at every step of every ray costs a tenth")]
         // SAFETY: `bounds` checks everything that a shader indexes with before it is uploaded:
         // hierarchies end and are no deeper than the shaders' stack, their links stay within the
         // buffers that are uploaded with them, instances belong to the scene, and planes lie within
-        // the output that `GpuResources` grows to the length of the batch. Material codes are clamped
-        // in the shaders.
+        // the buffers that they are written to. Material codes are clamped in the shaders.
         let module = unsafe {
             device.create_shader_module_trusted(descriptor, ShaderRuntimeChecks::unchecked())
         };
@@ -99,6 +134,7 @@ impl Kernels {
             .map(|entry_point| pipeline(device, &pipeline_layout, &module, entry_point, &[]));
         Kernels {
             layout,
+            outputs_layout,
             pipeline_layout,
             module,
             trace_cameras: std::array::from_fn(|_| OnceLock::new()),
@@ -202,18 +238,28 @@ fn pipeline(
 #[cfg(test)]
 mod tests {
     use wgpu::naga::{
+        Module,
         front::wgsl,
         valid::{Capabilities, ValidationFlags, Validator},
     };
 
-    use super::SHADER;
+    use super::{OUTPUT, OUTPUTS, SHADER};
 
     #[test]
     fn the_shaders_are_valid_without_a_device() {
-        let module =
-            wgsl::parse_str(SHADER).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
-        let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
-        validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(SHADER)));
+        let arrays = Capabilities::STORAGE_BUFFER_BINDING_ARRAY
+            | Capabilities::STORAGE_BUFFER_BINDING_ARRAY_NON_UNIFORM_INDEXING;
+        for (outputs, capabilities) in [(OUTPUT, Capabilities::empty()), (OUTPUTS, arrays)] {
+            let shader = [outputs, SHADER].concat();
+            let module = wgsl::parse_str(&shader)
+                .unwrap_or_else(|e| panic!("{}", e.emit_to_string(&shader)));
+            let mut validator = Validator::new(ValidationFlags::all(), capabilities);
+            validator.validate(&module).unwrap_or_else(|e| panic!("{}", e.emit_to_string(&shader)));
+            check_entry_points(&module);
+        }
+    }
+
+    fn check_entry_points(module: &Module) {
         let names: Vec<_> = module.entry_points.iter().map(|entry| &*entry.name).collect();
         let expected = [
             "trace_cameras",

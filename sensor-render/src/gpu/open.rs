@@ -10,6 +10,12 @@ use super::instance::adapters;
 use crate::error::TraceError;
 use crate::workers::Workers;
 
+/// What a device needs for an array of buffers that shaders write to.
+pub(crate) const ARRAY_FEATURES: Features = Features::BUFFER_BINDING_ARRAY
+    .union(Features::STORAGE_RESOURCE_BINDING_ARRAY)
+    .union(Features::SAMPLED_TEXTURE_AND_STORAGE_BUFFER_ARRAY_NON_UNIFORM_INDEXING)
+    .union(Features::PARTIALLY_BOUND_BINDING_ARRAY);
+
 /// Open device, its queue, and the first error that it reported.
 #[derive(Debug)]
 pub(crate) struct Gpu {
@@ -49,7 +55,9 @@ fn open_adapter(adapter: &Adapter, workers: Workers) -> Result<Gpu, TraceError> 
     let descriptor = DeviceDescriptor {
         label: Some("sensor-render"),
         required_features: adapter.features()
-            & (Features::TIMESTAMP_QUERY | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS),
+            & (Features::TIMESTAMP_QUERY
+                | Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+                | ARRAY_FEATURES),
         required_limits: adapter.limits(),
         experimental_features: ExperimentalFeatures::disabled(),
         memory_hints: MemoryHints::Performance,

@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use wgpu::{BindGroup, Buffer, BufferBinding, BufferDescriptor, BufferUsages, Device, Queue};
+use wgpu::{BindGroup, Buffer, BufferDescriptor, BufferUsages, Device, Queue};
 
 use super::batch::Batch;
 use super::bounds;
@@ -45,10 +45,6 @@ pub(crate) struct GpuResources {
     parked: Option<u64>,
     buffers: [GrowableBuffer; super::kernels::BINDINGS],
     group: Option<BindGroup>,
-    /// Counts how often a buffer was replaced; bind groups from before are of no use.
-    generation: u64,
-    /// Hash of the layout of the last batch; if it changes, gaps between planes are cleared.
-    layout_hash: u64,
     /// Uploaded street lights.
     street_lights: Arc<Vec<StreetLight>>,
     lamps: SceneLamps,
@@ -68,7 +64,7 @@ mod at {
     pub(super) const LIDARS: usize = 7;
     pub(super) const CIRCLES: usize = 8;
     pub(super) const TAGS: usize = 9;
-    pub(super) const OUT: usize = 10;
+    pub(super) const VIEWS_BEFORE: usize = 10;
     pub(super) const REFLECTIVITIES: usize = 11;
     pub(super) const MATERIALS: usize = 12;
     pub(super) const OVERLAY: usize = 13;
@@ -78,7 +74,6 @@ mod at {
     pub(super) const FILMS: usize = 17;
     pub(super) const DEVELOPMENTS: usize = 18;
     pub(super) const RAINFALLS: usize = 19;
-    pub(super) const VIEWS_BEFORE: usize = 20;
 }
 
 impl GpuResources {
@@ -86,7 +81,6 @@ impl GpuResources {
         let buffers = std::array::from_fn(|binding| {
             let usage = match binding {
                 at::FRAME | at::REFLECTIVITIES | at::MATERIALS => BufferUsages::UNIFORM,
-                at::OUT => BufferUsages::STORAGE | BufferUsages::COPY_SRC,
                 _ => BufferUsages::STORAGE,
             };
             GrowableBuffer::new(&gpu.device, usage | BufferUsages::COPY_DST)
@@ -96,8 +90,6 @@ impl GpuResources {
             parked: None,
             buffers,
             group: None,
-            generation: 0,
-            layout_hash: 0,
             street_lights: Arc::default(),
             lamps: SceneLamps::default(),
             has_lamps: false,
@@ -141,7 +133,7 @@ impl GpuResources {
         Ok(())
     }
 
-    /// Uploads one frame's world and one batch's sensors, and grows the output buffers.
+    /// Uploads one frame's world and one batch's sensors, and grows the buffers of films and tags.
     pub(crate) fn upload_batch(&mut self, gpu: &Gpu, scene: &Scene, world: &World, batch: &Batch) {
         let [cameras, lidars, packing] = batch.groups;
         let light = world.light();
@@ -205,7 +197,6 @@ impl GpuResources {
         self.upload(gpu, at::VIEWS_BEFORE, bytemuck::cast_slice(&batch.views_before));
         self.grow(gpu, at::FILMS, batch.film_len * 16);
         self.grow(gpu, at::TAGS, u64::from(batch.tag_len) * 4);
-        self.grow(gpu, at::OUT, batch.byte_len);
     }
 
     /// Uploads the lamps: corner and cells per metre, columns, rows and offset of the lamps, then the
@@ -262,32 +253,6 @@ impl GpuResources {
         })
     }
 
-    /// Returns a bind group of all buffers but that which measurements are written to, which `out` replaces.
-    pub(crate) fn group_into(&self, gpu: &Gpu, kernels: &Kernels, out: BufferBinding) -> BindGroup {
-        let binding = |binding: usize| match binding {
-            at::OUT => out.clone(),
-            _ => self.buffers[binding].buffer.as_entire_buffer_binding(),
-        };
-        kernels.bind(&gpu.device, std::array::from_fn(binding))
-    }
-
-    /// Returns a number that changes when a buffer is replaced.
-    pub(crate) fn generation(&self) -> u64 {
-        self.generation
-    }
-
-    /// Returns whether the layout of the output has changed, so that stale bytes may lie between
-    /// its planes.
-    pub(crate) fn layout_changed(&mut self, batch: &Batch) -> bool {
-        let hash = batch.layout_hash();
-        std::mem::replace(&mut self.layout_hash, hash) != hash
-    }
-
-    /// Returns the buffer that measurements are written to.
-    pub(crate) fn out(&self) -> &Buffer {
-        &self.buffers[at::OUT].buffer
-    }
-
     fn upload(&mut self, gpu: &Gpu, binding: usize, bytes: &[u8]) {
         self.upload_after(gpu, binding, bytes, 0);
     }
@@ -308,8 +273,6 @@ impl GpuResources {
         let has_grown = self.buffers[binding].grow(&gpu.device, byte_len, bytes_max);
         if has_grown {
             self.group = None;
-            self.generation += 1;
-            self.layout_hash = 0;
         }
         has_grown
     }
@@ -323,13 +286,13 @@ fn write(queue: &Queue, buffer: &Buffer, offset: u64, bytes: &[u8]) {
 
 /// Buffer that is replaced by a larger one when needed.
 #[derive(Debug)]
-struct GrowableBuffer {
-    buffer: Buffer,
+pub(crate) struct GrowableBuffer {
+    pub(crate) buffer: Buffer,
     usage: BufferUsages,
 }
 
 impl GrowableBuffer {
-    fn new(device: &Device, usage: BufferUsages) -> GrowableBuffer {
+    pub(crate) fn new(device: &Device, usage: BufferUsages) -> GrowableBuffer {
         GrowableBuffer { buffer: GrowableBuffer::buffer(device, usage, 1024), usage }
     }
 
@@ -340,7 +303,7 @@ impl GrowableBuffer {
 
     /// Grows the buffer to at least `byte_len`, with some spare space but at most `bytes_max`.
     /// Returns whether a new buffer was created.
-    fn grow(&mut self, device: &Device, byte_len: u64, bytes_max: u64) -> bool {
+    pub(crate) fn grow(&mut self, device: &Device, byte_len: u64, bytes_max: u64) -> bool {
         if byte_len <= self.buffer.size() {
             return false;
         }

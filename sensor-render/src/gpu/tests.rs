@@ -219,20 +219,33 @@ fn imported_pages_have_the_same_bytes_as_staged_ones() {
         tracer.import_payloads();
     }
     let longest = staged.iter().map(|staged| staged.words.len()).max().unwrap();
-    let mut pages = vec![Page([0xa5; 4096]); longest / 64 + 1];
-    for set in [0, 0, 1, 1, 0, 1] {
-        let (sensors, MeasuredBundle { planes, words, .. }) = (sets[set], &staged[set]);
-        let out = bytemuck::cast_slice_mut(&mut pages);
-        let mut jobs = [BundleJob { parent: protocol::ActorId::NONE, sensors, planes, out }];
+    let mut pages = [0, 1].map(|_| vec![Page([0; 4096]); longest / 64 + 1]);
+    // Two payloads a frame.
+    for measured in [[0, 1], [0, 1], [1, 0], [1, 1], [0, 0]] {
+        pages.iter_mut().for_each(|pages| pages.fill(Page([0; 4096])));
+        let mut jobs: Vec<BundleJob> = measured
+            .iter()
+            .zip(&mut pages)
+            .map(|(&set, pages)| BundleJob {
+                parent: protocol::ActorId::NONE,
+                sensors: sets[set],
+                planes: &staged[set].planes,
+                out: bytemuck::cast_slice_mut(pages),
+            })
+            .collect();
         gpu.measure(&scene, &world, &mut jobs).unwrap();
         // With what lies between the planes.
-        let last = &planes[planes.len() - 1];
-        let range = planes[0].offset as usize..(last.offset + last.byte_len) as usize;
-        let bytes: &[u8] = bytemuck::cast_slice(&pages);
-        assert!(bytes[range.clone()] == bytemuck::cast_slice::<_, u8>(words)[range], "{set}");
+        for (set, pages) in measured.into_iter().zip(&pages) {
+            let MeasuredBundle { planes, words, .. } = &staged[set];
+            let last = &planes[planes.len() - 1];
+            let range = planes[0].offset as usize..(last.offset + last.byte_len) as usize;
+            let bytes: &[u8] = bytemuck::cast_slice(pages);
+            let staged: &[u8] = bytemuck::cast_slice(words);
+            assert!(bytes[range.clone()] == staged[range], "{set} of {measured:?}");
+        }
     }
     let Tracer::Gpu(tracer) = &mut gpu else { unreachable!() };
-    assert_eq!(tracer.imported_count(), 1);
+    assert_eq!(tracer.imported_count(), 2);
     tracer.forget_imports();
 }
 

@@ -40,7 +40,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     }
     let index = camera_of(group);
     let width = cameras[index].width;
-    let across = cameras[index].groups_across;
+    let across = (width + 7u) / 8u;
     let tile = group - cameras[index].first_group;
     let x = tile % across * 8u + thread.x;
     let y = tile / across * 8u + thread.y;
@@ -135,7 +135,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     if (HAS_EFFECTS && has_color) {
         films[cameras[index].film + pixel] = vec4f(film, 0.0);
     } else if (has_color) {
-        bytes_out[cameras[index].color + pixel] = encode(film);
+        put(cameras[index].payload, cameras[index].color + pixel, encode(film));
     }
 }
 
@@ -190,13 +190,13 @@ fn write_others(index: u32, pixel: u32, hit: Hit) {
 
 fn write_pixel(index: u32, pixel: u32, depth: f32, tag: u32, id: u32) {
     if (cameras[index].depth != NONE) {
-        bytes_out[cameras[index].depth + pixel] = bitcast<u32>(depth);
+        put(cameras[index].payload, cameras[index].depth + pixel, bitcast<u32>(depth));
     }
     if (cameras[index].tag != NONE) {
         tags[cameras[index].first_tag + pixel] = tag;
     }
     if (cameras[index].instance != NONE) {
-        bytes_out[cameras[index].instance + pixel] = id;
+        put(cameras[index].payload, cameras[index].instance + pixel, id);
     }
 }
 
@@ -219,10 +219,12 @@ fn packed_camera_of(group: u32) -> u32 {
 @compute @workgroup_size(64)
 fn pack_tags(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
+    let index = packed_camera_of(group);
+    choose_output(cameras[index].payload);
+    workgroupBarrier();
     if (group >= frame.groups.z) {
         return;
     }
-    let index = packed_camera_of(group);
     let word = (group - cameras[index].first_packing_group) * 64u + thread.x;
     let pixels = cameras[index].width * cameras[index].height;
     if (word >= (pixels + 63u) / 64u * 16u) {
@@ -235,5 +237,5 @@ fn pack_tags(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_i
             packed |= tags[cameras[index].first_tag + pixel] << (8u * byte);
         }
     }
-    bytes_out[cameras[index].tag + word] = packed;
+    put_chosen(cameras[index].tag + word, packed);
 }

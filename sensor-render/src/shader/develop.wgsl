@@ -210,13 +210,15 @@ fn between(first: u32, size: vec2u, place: vec2f) -> vec3f {
 @compute @workgroup_size(8, 8)
 fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
+    let index = camera_of(group);
+    choose_output(cameras[index].payload);
+    workgroupBarrier();
     if (group >= frame.groups.x) {
         return;
     }
-    let index = camera_of(group);
     let film = cameras[index].film;
     let size = vec2u(cameras[index].width, cameras[index].height);
-    let across = cameras[index].groups_across;
+    let across = (size.x + 7u) / 8u;
     let tile = group - cameras[index].first_group;
     let at = vec2u(tile % across, tile / across) * 8u + thread.xy;
     if (film == NONE || at.x >= size.x || at.y >= size.y) {
@@ -255,8 +257,8 @@ fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         tone_of(how, dot(developments[how].balance[1].xyz, exposed)),
         tone_of(how, dot(developments[how].balance[2].xyz, exposed)));
     let bytes = vec3u(mute(values, developments[how].muted) + 0.5);
-    bytes_out[cameras[index].color + at.y * size.x + at.x] =
-        bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
+    let color = bytes.x | bytes.y << 8u | bytes.z << 16u | 0xff000000u;
+    put_chosen(cameras[index].color + at.y * size.x + at.x, color);
 }
 
 // Random number with mean 0 and variance 1.

@@ -20,15 +20,15 @@ fn lidar_of(group: u32) -> u32 {
 fn write_point(points: u32, labels: u32, beam: u32, point: vec4f, label: vec2u) {
     if (points != NONE) {
         let at = points + beam * 4u;
-        bytes_out[at] = bitcast<u32>(point.x);
-        bytes_out[at + 1u] = bitcast<u32>(point.y);
-        bytes_out[at + 2u] = bitcast<u32>(point.z);
-        bytes_out[at + 3u] = bitcast<u32>(point.w);
+        put(0u, at, bitcast<u32>(point.x));
+        put(0u, at + 1u, bitcast<u32>(point.y));
+        put(0u, at + 2u, bitcast<u32>(point.z));
+        put(0u, at + 3u, bitcast<u32>(point.w));
     }
     if (labels != NONE) {
         let at = labels + beam * 2u;
-        bytes_out[at] = label.x;
-        bytes_out[at + 1u] = label.y;
+        put(0u, at, label.x);
+        put(0u, at + 1u, label.y);
     }
 }
 

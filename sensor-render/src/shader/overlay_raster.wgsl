@@ -146,7 +146,7 @@ fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocatio
     }
     let index = camera_of(group);
     let width = cameras[index].width;
-    let across = cameras[index].groups_across;
+    let across = (width + 7u) / 8u;
     let tile = group - cameras[index].first_group;
     let x = tile % across * 8u + thread.x;
     let y = tile / across * 8u + thread.y;
@@ -170,6 +170,6 @@ fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocatio
     }
     // Nearer surfaces hide the shape.
     if (fragment.t < FAR_AWAY && closest(ray, fragment.t, true).triangle == NONE) {
-        bytes_out[cameras[index].color + y * width + x] = fragment.color;
+        put(cameras[index].payload, cameras[index].color + y * width + x, fragment.color);
     }
 }

@@ -59,8 +59,9 @@ struct Camera {
     width: u32,
     height: u32,
     first_group: u32,
-    groups_across: u32,
-    // Offsets of the planes in words of `bytes_out`; NONE if the camera does not have the output.
+    // Number of the buffer that its planes are written to.
+    payload: u32,
+    // Offsets of the planes in its words; NONE if the camera does not have the output.
     color: u32,
     depth: u32,
     instance: u32,
@@ -85,7 +86,7 @@ struct Camera {
     // Of a camera with effects: offset of its film in `films`, and its number in `developments`; NONE for others.
     film: u32,
     development: u32,
-    // Offsets of further planes in words of `bytes_out`, as above.
+    // Offsets of further planes, as above.
     normal: u32,
     flow: u32,
     // Numbers in `rainfalls` and `views_before`; NONE without.
@@ -166,11 +167,10 @@ struct Lidar {
 @group(0) @binding(7) var<storage, read> lidars: array<Lidar>;
 @group(0) @binding(8) var<storage, read> circles: array<vec2f>;
 @group(0) @binding(9) var<storage, read_write> tags: array<u32>;
-@group(0) @binding(10) var<storage, read_write> bytes_out: array<u32>;
+@group(0) @binding(10) var<storage, read> views_before: array<ViewBefore>;
 // Normals at the corners of the triangles after those of the town: see CornerNormals in smooth.rs.
 @group(0) @binding(16) var<storage, read> corner_normals: array<vec4u>;
 @group(0) @binding(19) var<storage, read> rainfalls: array<Rainfall>;
-@group(0) @binding(20) var<storage, read> views_before: array<ViewBefore>;
 
 // Number of the workgroup, counted through all rows of the dispatch.
 fn group_number(group: vec3u) -> u32 {

@@ -7,13 +7,13 @@ fn write_surface(index: u32, pixel: u32, normal: vec3f, flow: vec2f) {
     let normals = cameras[index].normal;
     if (normals != NONE) {
         for (var axis = 0u; axis < 3u; axis++) {
-            bytes_out[normals + pixel * 3u + axis] = bitcast<u32>(normal[axis]);
+            put(0u, normals + pixel * 3u + axis, bitcast<u32>(normal[axis]));
         }
     }
     let flows = cameras[index].flow;
     if (flows != NONE) {
-        bytes_out[flows + pixel * 2u] = bitcast<u32>(flow.x);
-        bytes_out[flows + pixel * 2u + 1u] = bitcast<u32>(flow.y);
+        put(0u, flows + pixel * 2u, bitcast<u32>(flow.x));
+        put(0u, flows + pixel * 2u + 1u, bitcast<u32>(flow.y));
     }
 }
 
