@@ -16,6 +16,7 @@ mod ray_packet;
 mod room;
 mod shade;
 mod shadow;
+mod shortlist;
 mod single_ray;
 mod sky;
 mod surface_materials;

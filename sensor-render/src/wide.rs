@@ -25,6 +25,13 @@ impl WideNode {
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     };
 
+    /// Node whose boxes contain everything.
+    pub(crate) const EVERYWHERE: WideNode = {
+        let (far, near) = ([OUTSIDE; 8], [-OUTSIDE; 8]);
+        let bounds = [near, far, near, far, near, far];
+        WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
+    };
+
     /// Returns a row of the bounds, numbered from 0 to 5.
     #[inline(always)]
     pub(crate) fn row(&self, number: usize) -> &[f32; 8] {
@@ -39,6 +46,15 @@ impl WideNode {
             node.set_child(slot, &Child { link, low, high }, link);
         }
         node
+    }
+
+    /// Sets a child to `link` with the box of a child of another node.
+    #[inline(always)]
+    pub(crate) fn copy_child(&mut self, slot: usize, node: &WideNode, of: usize, link: Link) {
+        for (own, other) in self.bounds.iter_mut().zip(&node.bounds) {
+            own[slot] = other[of];
+        }
+        self.children[slot] = link;
     }
 
     /// Returns the node with all links moved; see [`Link::moved`].

@@ -54,34 +54,15 @@ impl Beam {
     #[inline(always)]
     pub(crate) fn from_origin(origin: Vec3, corners: &[Vec3; 4], axis: Vec3, reach: f32) -> Beam {
         let mut planes = [Plane::OPEN; 6];
-        let sum = corners[0] + corners[1] + corners[2] + corners[3];
         let slack = ROUNDING * reach;
         for (pair, [i, j]) in PAIRS.into_iter().enumerate() {
-            let middle = [sum[i], sum[j]];
-            let (mut left, mut right) = ([0.0; 2], [0.0; 2]);
-            let (mut most, mut least) = (f32::NEG_INFINITY, f32::INFINITY);
-            let mut narrow = true;
-            for corner in corners {
-                let v = [corner[i], corner[j]];
-                let along = middle[0] * v[0] + middle[1] * v[1];
-                let across = middle[0] * v[1] - middle[1] * v[0];
-                narrow &= along > across.abs() * 0.1 && along > 1e-12;
-                let turn = across / along;
-                if turn > most {
-                    (most, left) = (turn, v);
-                }
-                if turn < least {
-                    (least, right) = (turn, v);
-                }
-            }
-            if narrow {
-                let o = [origin[i], origin[j]];
-                for (side, [a, b]) in
-                    [[left[1], -left[0]], [-right[1], right[0]]].into_iter().enumerate()
-                {
-                    let offset = slack * (a.abs() + b.abs()) - (a * o[0] + b * o[1]);
-                    planes[2 * pair + side] = Plane::new([i, j], a, b, offset);
-                }
+            let Some([left, right]) = sides(corners, [i, j]) else { continue };
+            let o = [origin[i], origin[j]];
+            for (side, [a, b]) in
+                [[left[1], -left[0]], [-right[1], right[0]]].into_iter().enumerate()
+            {
+                let offset = slack * (a.abs() + b.abs()) - (a * o[0] + b * o[1]);
+                planes[2 * pair + side] = Plane::new([i, j], a, b, offset);
             }
         }
         Beam::with_axis(planes, axis, -axis.dot(origin) - slack)
@@ -109,6 +90,35 @@ impl Beam {
         let (last_xy, _) = spread(origins, active, [0, 1], [x, y]);
         let (last_z, _) = spread(origins, active, [2, 2], [z, 0.0]);
         Beam::with_axis(planes, -direction, last_xy + last_z - 2.0 * slack)
+    }
+
+    /// Returns the beam of rays with any of these origins, each within `margin` of one of the points, and any of
+    /// these directions, which differ little. The near side of a box is measured as in [`Beam::parallel`].
+    #[inline(always)]
+    pub(crate) fn spreading<F: Float>(
+        points: &[V3<F>],
+        active: &[F::Mask],
+        directions: &[Vec3; 4],
+        margin: f32,
+        reach: f32,
+    ) -> Beam {
+        let mut planes = [Plane::OPEN; 6];
+        let slack = ROUNDING * reach + margin;
+        for (pair, [i, j]) in PAIRS.into_iter().enumerate() {
+            let Some([left, right]) = sides(directions, [i, j]) else { continue };
+            for (side, [a, b]) in
+                [[left[1], -left[0]], [-right[1], right[0]]].into_iter().enumerate()
+            {
+                let (least, _) = spread(points, active, [i, j], [a, b]);
+                let offset = slack * (a.abs() + b.abs()) - least;
+                planes[2 * pair + side] = Plane::new([i, j], a, b, offset);
+            }
+        }
+        let axis = directions.iter().sum::<Vec3>() * 0.25;
+        let [x, y, z] = axis.to_array();
+        let (last_xy, _) = spread(points, active, [0, 1], [x, y]);
+        let (last_z, _) = spread(points, active, [2, 2], [z, 0.0]);
+        Beam::with_axis(planes, -axis, last_xy + last_z - 2.0 * slack)
     }
 
     #[inline(always)]
@@ -179,6 +189,82 @@ impl Probe for Slab {
         let begin = row(row_z).mul_add(E::splat(z), begin);
         (touched & begin.ge(E::splat(self.least)), near)
     }
+}
+
+/// Returns the outermost of four directions, projected to a coordinate plane: that on the left and that on the
+/// right; `None` if they point almost everywhere.
+#[inline(always)]
+fn sides(directions: &[Vec3; 4], [i, j]: [usize; 2]) -> Option<[[f32; 2]; 2]> {
+    let sum = directions[0] + directions[1] + directions[2] + directions[3];
+    let middle = [sum[i], sum[j]];
+    let (mut left, mut right) = ([0.0; 2], [0.0; 2]);
+    let (mut most, mut least) = (f32::NEG_INFINITY, f32::INFINITY);
+    let mut narrow = true;
+    for direction in directions {
+        let v = [direction[i], direction[j]];
+        let along = middle[0] * v[0] + middle[1] * v[1];
+        let across = middle[0] * v[1] - middle[1] * v[0];
+        narrow &= along > across.abs() * 0.1 && along > 1e-12;
+        let turn = across / along;
+        if turn > most {
+            (most, left) = (turn, v);
+        }
+        if turn < least {
+            (least, right) = (turn, v);
+        }
+    }
+    narrow.then_some([left, right])
+}
+
+/// Box along the axes.
+#[derive(Clone, Debug)]
+pub(crate) struct Region {
+    low: Vec3,
+    high: Vec3,
+}
+
+impl Region {
+    /// Returns the box around the active points and those that lie one of the `steps` from them, each within
+    /// `margin`.
+    #[inline(always)]
+    pub(crate) fn around<F: Float>(
+        points: &[V3<F>; 4],
+        active: &[F::Mask; 4],
+        steps: &[Vec3; 4],
+        margin: f32,
+        reach: f32,
+    ) -> Region {
+        let (low, high) = bounds(points, active);
+        let [first, last] = steps
+            .iter()
+            .fold([Vec3::ZERO; 2], |[first, last], step| [first.min(*step), last.max(*step)]);
+        let slack = Vec3::splat(margin + ROUNDING * reach);
+        Region { low: low + first - slack, high: high + last + slack }
+    }
+}
+
+impl Probe for Region {
+    #[inline(always)]
+    fn touch<E: Float8>(&self, node: &WideNode, _: f32) -> (u32, [f32; 8]) {
+        let row = |row: usize| E::load(node.row(row));
+        let mut touched = !0;
+        for axis in 0..3 {
+            touched &= E::splat(self.high[axis]).ge(row(2 * axis))
+                & row(2 * axis + 1).ge(E::splat(self.low[axis]));
+        }
+        (touched, [0.0; 8])
+    }
+}
+
+/// Returns the corners of the bounding box of the active points.
+#[inline(always)]
+pub(crate) fn bounds<F: Float>(points: &[V3<F>; 4], active: &[F::Mask; 4]) -> (Vec3, Vec3) {
+    // Vectors that pass through a closure are not inlined.
+    let (mut low, mut high) = (Vec3::ZERO, Vec3::ZERO);
+    for axis in 0..3 {
+        (low[axis], high[axis]) = spread(points, active, [axis, axis], [1.0, 0.0]);
+    }
+    (low, high)
 }
 
 /// Returns the minimum and the maximum of `scales · (axis 0, axis 1)` over the active lanes.

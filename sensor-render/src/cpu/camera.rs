@@ -7,6 +7,7 @@ use super::overlay_raster::OverlayRaster;
 use super::rain::in_rain;
 use super::ray_packet::{Hits, RayPacket};
 use super::shade::{Radiance, Shade};
+use super::shortlist::Surroundings;
 use super::sky::{encode, tone_map};
 use super::traversal::Stack;
 use crate::hit::NONE;
@@ -108,6 +109,7 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
     let samples = camera.quality.samples();
     let slices = shade.world.slices_of(camera);
     let mut stack = Stack::new();
+    let mut around = Surroundings::new();
     let mut raster = OverlayRaster::new(&shade.world.overlay, camera);
     for (below, x) in (0..tile.count)
         .step_by(4)
@@ -125,6 +127,18 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                 None => [shade.world; GROUPS],
             };
             let hits = closest(shade, worlds, &block, camera.pixel * 0.5, &mut stack);
+            let mut hit = block.shown;
+            let mut points = block.packet.directions;
+            for group in 0..GROUPS {
+                hit[group] = hit[group] & !hits.triangle[group].eq(F::Word::splat(NONE));
+                let t = hits.t[group].or(hit[group], F::splat(1.0));
+                points[group] = points[group].mul_add(t, block.origin(group));
+            }
+            let directions = [
+                std::array::from_fn(|group| shade.light.on_sun(samples[group])),
+                std::array::from_fn(|group| sky[group].truncate()),
+            ];
+            around.begin(points, &hits.t, hit, directions, slices.is_none());
             let mut earlier = [Radiance::black(); GROUPS];
             for group in 0..GROUPS {
                 let shown = block.shown[group];
@@ -151,7 +165,7 @@ fn render_smooth<F: Float>(shade: &Shade, tile: &mut Tile) {
                     radiance = own.or(fresh, radiance);
                 }
                 earlier[group] = radiance;
-                let of_sky = Some(sky[group].truncate());
+                let of_sky = Some((sky[group].truncate(), &mut around));
                 let color = shade.with_shadows(
                     radiance,
                     origin,

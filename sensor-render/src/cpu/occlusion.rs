@@ -6,6 +6,7 @@
 
 use super::beam::Slab;
 use super::shadow::Shadow;
+use super::shortlist::Shortlists;
 use super::traversal::{Stack, Visitor, walk_in_any_order};
 use crate::hit::Hit;
 use crate::light::OCCLUSION_REACH_M;
@@ -14,14 +15,20 @@ use crate::simd::{Float, Mask};
 use crate::world::World;
 
 /// Extent of the origins up to which rays are traversed as one beam. Metres.
-const SPREAD_MAX: f32 = 6.0;
+pub(super) const SPREAD_MAX: f32 = 6.0;
 
 impl<F: Float> Shadow<F> {
     /// Returns the distance of the first obstacle along each active ray, at most [`OCCLUSION_REACH_M`].
     #[inline(always)]
-    pub(crate) fn nearest(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F {
+    pub(crate) fn nearest(
+        &self,
+        scene: &Scene,
+        world: &World,
+        near: Option<&Shortlists>,
+        stack: &mut Stack,
+    ) -> F {
         if self.spread() <= SPREAD_MAX {
-            return self.nearest_together(scene, world, stack);
+            return self.nearest_together(scene, world, near, stack);
         }
         let mut nearest = F::splat(OCCLUSION_REACH_M);
         let mut left = self.active;
@@ -34,7 +41,7 @@ impl<F: Float> Shadow<F> {
                     ray.closest::<F::Float8>(scene, world, stack, &mut hit);
                     F::splat(hit.t)
                 }
-                None => part.nearest_together(scene, world, stack),
+                None => part.nearest_together(scene, world, near, stack),
             };
             nearest = of_part.or(part.active, nearest);
         }
@@ -43,15 +50,39 @@ impl<F: Float> Shadow<F> {
 
     /// Traverses all rays as one beam.
     #[inline(always)]
-    fn nearest_together(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F {
+    fn nearest_together(
+        &self,
+        scene: &Scene,
+        world: &World,
+        near: Option<&Shortlists>,
+        stack: &mut Stack,
+    ) -> F {
         let mut nearest = F::splat(OCCLUSION_REACH_M);
         let slab = self.slab(scene.reach);
         let mut town = TriangleVisitor { scene, rays: self, nearest: &mut nearest };
         let root = scene.town_blas.wide_root;
-        walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &slab, stack, &mut town);
+        match near {
+            Some(near) => near.town.walk::<F::Float8, _, _>(&scene.wide, &slab, stack, &mut town),
+            None => {
+                _ = walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &slab, stack, &mut town)
+            }
+        }
         if let Some(root) = world.wide_root {
             let mut actors = InstanceVisitor { scene, world, rays: self, nearest: &mut nearest };
-            walk_in_any_order::<F::Float8, _, _>(&world.wide, root, &slab, stack, &mut actors);
+            match near {
+                Some(near) => {
+                    near.world.walk::<F::Float8, _, _>(&world.wide, &slab, stack, &mut actors)
+                }
+                None => {
+                    _ = walk_in_any_order::<F::Float8, _, _>(
+                        &world.wide,
+                        root,
+                        &slab,
+                        stack,
+                        &mut actors,
+                    )
+                }
+            }
         }
         nearest
     }

@@ -9,10 +9,12 @@ use super::pattern;
 use super::ray_packet::Hits;
 use super::room;
 use super::shadow::Shadow;
+use super::shortlist::Surroundings;
 use super::single_ray::SingleRay;
 use super::sky::{ambient, blurred_reflection, gradient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
+use super::{occlusion, shadow};
 use super::{wear, wet};
 use crate::hit::{Hit, NONE};
 use crate::lamps::LampGrid;
@@ -176,7 +178,7 @@ impl Shade<'_> {
         direction: V3<F>,
         sample: &SurfaceSample<F>,
         of_pixel: Sample,
-        of_sky: Option<Vec3>,
+        mut of_sky: Option<(Vec3, &mut Surroundings<F>)>,
         stack: &mut Stack,
     ) -> V3<F> {
         let (light, zero) = (self.light, F::splat(0.0));
@@ -189,10 +191,10 @@ impl Shade<'_> {
         let away = zero.lt(sample.normal.dot(direction));
         let normal = (-sample.normal).or(away, sample.normal);
         let mut origins = normal.mul_add(F::splat(LIFT), at);
-        let sky_share = match of_sky {
-            Some(of_sky) => {
+        let sky_share = match &mut of_sky {
+            Some((of_sky, around)) => {
                 let shaded = sample.hit & !is_foliage::<F>(sample.face);
-                self.sky_share(of_sky, origins, normal, t, shaded, stack)
+                self.sky_share(*of_sky, around, origins, normal, t, shaded, stack)
             }
             None => F::splat(1.0),
         };
@@ -209,7 +211,13 @@ impl Shade<'_> {
         if open.any() && light.sun.w > 0.0 {
             let direction = light.on_sun(of_pixel);
             let shadow = Shadow { direction, origins, active: open };
-            open = open & !shadow.blocked(self.scene, self.world, stack);
+            let near = match of_sky {
+                Some((_, around)) => {
+                    around.towards_sun(self.scene, self.world, LIFT, shadow::SPREAD_MAX)
+                }
+                None => None,
+            };
+            open = open & !shadow.blocked(self.scene, self.world, near, stack);
         }
         color = color + radiance.sun.or(open, V3::splat(Vec3::ZERO));
         let lit = !radiance.lamp_number.eq(F::Word::splat(NONE)) & sample.hit;
@@ -223,10 +231,12 @@ impl Shade<'_> {
 
     /// Returns the share of the light from a direction of the sky that reaches the active points; 1 where they
     /// face another direction or are far from the camera.
+    #[expect(clippy::too_many_arguments, reason = "inlined; a struct would name them again")]
     #[inline(always)]
     fn sky_share<F: Float>(
         &self,
         of_sky: Vec3,
+        around: &mut Surroundings<F>,
         origins: V3<F>,
         normal: V3<F>,
         t: F,
@@ -241,7 +251,8 @@ impl Shade<'_> {
             return one;
         }
         let rays = Shadow { direction: of_sky, origins, active: traced };
-        let open = rays.nearest(self.scene, self.world, stack);
+        let around = around.towards_sky(self.scene, self.world, LIFT, occlusion::SPREAD_MAX);
+        let open = rays.nearest(self.scene, self.world, around, stack);
         let share = open * F::splat(1.0 / OCCLUSION_REACH_M);
         share.lerp(one, smooth(F::splat(near), F::splat(far), t)).or(traced, one)
     }

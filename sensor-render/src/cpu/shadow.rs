@@ -1,6 +1,7 @@
 use glam::Vec3;
 
 use super::beam::Beam;
+use super::shortlist::Shortlists;
 use super::single_ray::SingleRay;
 use super::traversal::{Stack, Visitor, walk_in_any_order};
 use crate::instance::Instance;
@@ -10,7 +11,7 @@ use crate::triangle::Triangle;
 use crate::world::World;
 
 /// Extent of the origins up to which shadow rays are traversed as one beam. Metres.
-const SPREAD_MAX: f32 = 2.0;
+pub(super) const SPREAD_MAX: f32 = 2.0;
 
 /// Sixteen parallel shadow rays.
 #[derive(Clone, Copy, Debug)]
@@ -25,9 +26,15 @@ pub(crate) struct Shadow<F: Float> {
 impl<F: Float> Shadow<F> {
     /// Returns the rays that hit anything.
     #[inline(always)]
-    pub(crate) fn blocked(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+    pub(crate) fn blocked(
+        &self,
+        scene: &Scene,
+        world: &World,
+        near: Option<&Shortlists>,
+        stack: &mut Stack,
+    ) -> F::Mask {
         if self.spread() <= SPREAD_MAX {
-            return self.blocked_together(scene, world, stack);
+            return self.blocked_together(scene, world, near, stack);
         }
         let mut blocked = F::Mask::from_bits(0);
         let mut left = self.active;
@@ -41,7 +48,7 @@ impl<F: Float> Shadow<F> {
                             ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
                         F::Mask::from_bits(u16::from(is_blocked) << lane)
                     }
-                    None => part.blocked_together(scene, world, stack),
+                    None => part.blocked_together(scene, world, near, stack),
                 };
         }
         blocked
@@ -49,17 +56,41 @@ impl<F: Float> Shadow<F> {
 
     /// Traverses all rays as one beam.
     #[inline(always)]
-    fn blocked_together(&self, scene: &Scene, world: &World, stack: &mut Stack) -> F::Mask {
+    fn blocked_together(
+        &self,
+        scene: &Scene,
+        world: &World,
+        near: Option<&Shortlists>,
+        stack: &mut Stack,
+    ) -> F::Mask {
         let mut open = self.active;
         let beam = self.beam(scene.reach);
         let mut town = TriangleVisitor { scene, shadow: self, open: &mut open };
         let root = scene.town_blas.wide_root;
-        walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &beam, stack, &mut town);
+        match near {
+            Some(near) => near.town.walk::<F::Float8, _, _>(&scene.wide, &beam, stack, &mut town),
+            None => {
+                _ = walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &beam, stack, &mut town)
+            }
+        }
         if let Some(root) = world.wide_root
             && open.any()
         {
             let mut actors = InstanceVisitor { scene, world, shadow: self, open: &mut open };
-            walk_in_any_order::<F::Float8, _, _>(&world.wide, root, &beam, stack, &mut actors);
+            match near {
+                Some(near) => {
+                    near.world.walk::<F::Float8, _, _>(&world.wide, &beam, stack, &mut actors)
+                }
+                None => {
+                    _ = walk_in_any_order::<F::Float8, _, _>(
+                        &world.wide,
+                        root,
+                        &beam,
+                        stack,
+                        &mut actors,
+                    )
+                }
+            }
         }
         self.active & !open
     }

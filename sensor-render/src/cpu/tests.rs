@@ -8,7 +8,9 @@ use protocol::{
 };
 
 use super::CpuTracer;
-use super::shadow::Shadow;
+use super::occlusion;
+use super::shadow::{self, Shadow};
+use super::shortlist::Surroundings;
 use super::traversal::Stack;
 use crate::lidar::Lidar;
 use crate::quality::Quality;
@@ -210,8 +212,99 @@ impl Kernel for ShadowRays<'_> {
         };
         let shadow =
             Shadow::<F> { direction: self.sun, origins, active: F::Mask::from_bits(u16::MAX) };
-        shadow.blocked(self.scene, self.world, &mut Stack::new()).bits()
+        shadow.blocked(self.scene, self.world, None, &mut Stack::new()).bits()
     }
+}
+
+/// Four groups of rays to the sun and to the sky, with lists of what is around them or without; the result has
+/// which are blocked by anything, the distances of obstacles in the direction of the sky, and how many lists there
+/// were.
+struct SurroundedRays<'a> {
+    scene: &'a Scene,
+    world: &'a World,
+    points: &'a [[Vec3; LANES]; 4],
+    to_sun: [Vec3; 4],
+    to_sky: [Vec3; 4],
+    in_lists: bool,
+}
+
+impl Kernel for SurroundedRays<'_> {
+    type Output = ([u16; 4], [[f32; LANES]; 4], usize);
+
+    #[inline(always)]
+    fn run<F: Float>(self) -> Self::Output {
+        let SurroundedRays { scene, world, points, to_sun, to_sky, in_lists } = self;
+        let all = F::Mask::from_bits(u16::MAX);
+        let mut origins = [V3::<F>::splat(Vec3::ZERO); 4];
+        for group in 0..4 {
+            origins[group] = V3 {
+                x: F::from_array(points[group].map(|point| point.x)),
+                y: F::from_array(points[group].map(|point| point.y)),
+                z: F::from_array(points[group].map(|point| point.z)),
+            };
+        }
+        let mut stack = Stack::new();
+        let mut around = Surroundings::<F>::new();
+        let t = [F::splat(1.0); 4];
+        around.begin(origins, &t, [all; 4], [to_sun, to_sky], in_lists);
+        let (mut blocked, mut nearest, mut lists) = ([0; 4], [[0.0; LANES]; 4], 0);
+        for group in 0..4 {
+            let (origins, active) = (origins[group], all);
+            let near = around.towards_sun(scene, world, 0.0, shadow::SPREAD_MAX);
+            lists += usize::from(near.is_some());
+            let rays = Shadow::<F> { direction: to_sun[group], origins, active };
+            blocked[group] = rays.blocked(scene, world, near, &mut stack).bits();
+            let near = around.towards_sky(scene, world, 0.0, occlusion::SPREAD_MAX);
+            lists += usize::from(near.is_some());
+            let rays = Shadow::<F> { direction: to_sky[group], origins, active };
+            nearest[group] = rays.nearest(scene, world, near, &mut stack).to_array();
+        }
+        (blocked, nearest, lists)
+    }
+}
+
+#[test]
+fn rays_meet_the_same_in_lists_of_their_surroundings_as_in_the_whole_world() {
+    let (town, scene) = town();
+    let world = world(&town, &scene);
+    let light = world.light();
+    let samples = Quality::Standard.samples();
+    let to_sun = std::array::from_fn(|group| light.on_sun(samples[group]));
+    let sky = Quality::Standard.sky_directions();
+    let to_sky = std::array::from_fn(|group| sky[group].truncate());
+    let (mut rays, mut dark, mut near_obstacles, mut lists) = (0, 0, 0, 0);
+    for (index, step_m) in (0..200).zip([0.02, 0.1, 0.5, 3.0].into_iter().cycle()) {
+        // Beside the street too, where there are trees, walls and parked cars.
+        let middle = town.street_pose(index);
+        let foot = middle.then(&Pose::level(vec3(0.0, 0.7 * (index % 11) as f32, -1.5), 0.0));
+        let points = std::array::from_fn(|group| {
+            std::array::from_fn(|lane| {
+                let [x, y] = [lane % 4, lane / 4].map(|at| at as f32 + 0.2 * group as f32);
+                foot.position() + vec3(x, y, 0.02 * lane as f32) * step_m
+            })
+        });
+        for isa in Isa::all() {
+            let run = |in_lists| {
+                let (scene, world, points) = (&scene, &world, &points);
+                isa.run(SurroundedRays { scene, world, points, to_sun, to_sky, in_lists })
+            };
+            let (blocked, nearest, found) = run(true);
+            let (expected_blocked, expected_nearest, none) = run(false);
+            assert_eq!(
+                (blocked, nearest, none),
+                (expected_blocked, expected_nearest, 0),
+                "{index}"
+            );
+            rays += 4 * LANES;
+            dark += blocked.iter().map(|blocked| blocked.count_ones() as usize).sum::<usize>();
+            near_obstacles += nearest.as_flattened().iter().filter(|t| **t < 2.0).count();
+            lists += found;
+        }
+    }
+    assert!(dark * 20 > rays && dark * 20 < rays * 19, "{dark} of {rays} are dark");
+    assert!(near_obstacles * 50 > rays, "{near_obstacles} of {rays} have an obstacle");
+    // All but those 3 m apart: 8 of a block.
+    assert!(lists * 64 * 10 > rays * 8 * 6, "{lists} lists for {rays} rays");
 }
 
 #[test]

@@ -71,7 +71,7 @@ pub(crate) fn walk<E: Float8, P: Probe, V: Visitor>(
     walk_in_order::<E, P, V, true>(nodes, root, probe, limit, stack, visitor);
 }
 
-/// As [`walk`] with the limit 0, but in any order, which spares the sorting of nodes.
+/// As [`walk`] with the limit 0, but in any order, which spares the sorting of nodes. Returns the last limit.
 #[inline(always)]
 pub(crate) fn walk_in_any_order<E: Float8, P: Probe, V: Visitor>(
     nodes: &[WideNode],
@@ -79,8 +79,8 @@ pub(crate) fn walk_in_any_order<E: Float8, P: Probe, V: Visitor>(
     probe: &P,
     stack: &mut Stack,
     visitor: &mut V,
-) {
-    walk_in_order::<E, P, V, false>(nodes, root, probe, 0.0, stack, visitor);
+) -> f32 {
+    walk_in_order::<E, P, V, false>(nodes, root, probe, 0.0, stack, visitor)
 }
 
 #[inline(always)]
@@ -91,7 +91,7 @@ fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
     mut limit: f32,
     stack: &mut Stack,
     visitor: &mut V,
-) {
+) -> f32 {
     let floor = stack.height;
     let mut link = root;
     loop {
@@ -135,7 +135,7 @@ fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
         }
         loop {
             if stack.height == floor {
-                return;
+                return limit;
             }
             stack.height -= 1;
             let entry = stack.entries[stack.height];
