@@ -25,7 +25,7 @@ impl WideNode {
         WideNode { bounds, children: [Link::EMPTY; 8], reserved: [0; 8] }
     };
 
-    /// Node whose boxes contain everything.
+    /// Node with boxes that contain everything.
     pub(crate) const EVERYWHERE: WideNode = {
         let (far, near) = ([OUTSIDE; 8], [-OUTSIDE; 8]);
         let bounds = [near, far, near, far, near, far];

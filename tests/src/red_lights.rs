@@ -162,7 +162,7 @@ mod tests {
         }
     }
 
-    /// Returns whether a vehicle has passed red whose front is half a metre before a line, half a metre
+    /// Returns whether a vehicle has passed red with its front half a metre before a line, half a metre
     /// farther than vehicles stop beyond it, and 5 m farther, while the light shows these states.
     fn passes_red(bends_m: f32, shown: [u32; 3]) -> bool {
         let network = Network::parse(&mapgen::named("Town02").unwrap()).unwrap();

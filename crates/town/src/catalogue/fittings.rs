@@ -97,7 +97,7 @@ const BLUE_LENS: [u8; 3] = [14, 34, 128];
 /// The gap between two modules of a light bar. Metres.
 const MODULE_GAP_M: f32 = 0.014;
 
-/// Adds a light bar whose upper edge is at `top`: modules with sloped ends on a dark base with two mounts.
+/// Adds a light bar with its upper edge at `top`: modules with sloped ends on a dark base with two mounts.
 pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, height: f32) {
     let lens = height * 0.62;
     let floor = top.z - lens;
@@ -136,7 +136,7 @@ pub(super) fn beacons(builder: &mut MeshBuilder, top: Vec3, half_width: f32, hei
     }
 }
 
-/// Adds a taxi sign whose upper edge is at `top`: a lit housing that is narrower at its top, with dark letters, on a
+/// Adds a taxi sign with its upper edge at `top`: a lit housing that is narrower at its top, with dark letters, on a
 /// dark base.
 pub(super) fn taxi_sign(builder: &mut MeshBuilder, top: Vec3, height: f32) {
     let foot = top.z - height * 0.78;
