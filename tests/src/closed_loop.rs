@@ -45,7 +45,7 @@ pub struct Cast {
     pub seed: u64,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     pub sedans: bool,
-    /// Trucks and buses in that mixture, in percent; at most [`MOTOR_PERCENT`].
+    /// Trucks and buses in that mixture, in percent; at most 94, since the rest are two-wheelers.
     pub wide_percent: usize,
 }
 
