@@ -312,7 +312,7 @@ impl Batch {
             view_before,
             ..lens_of(camera)
         });
-        self.groups[0] += camera.width.div_ceil(8) * camera.height.div_ceil(8);
+        self.groups[0] += group_count([camera.width, camera.height]);
         if tag != NONE {
             self.tag_len += pixels;
             self.groups[2] += (pixels.div_ceil(64) * 16).div_ceil(64);
@@ -461,6 +461,14 @@ impl Batch {
 /// bus alone, since those of neighbouring rays lie apart: that takes up to ten times a copy.
 fn is_written_directly(spec: &SensorSpec) -> bool {
     spec.kind == sensor::CAMERA && spec.outputs & (output::NORMAL | output::FLOW) == 0
+}
+
+/// Returns the number of workgroups of an image. Twin of `pixel_of` in camera.wgsl.
+fn group_count(size: [u32; 2]) -> u32 {
+    let [columns, rows] = size.map(|side| (side + 3) / 8);
+    let below = if rows * 8 < size[1] { size[0].div_ceil(16) } else { 0 };
+    let right = if columns * 8 < size[0] { (rows * 8).div_ceil(16) } else { 0 };
+    columns * rows + below + right
 }
 
 /// Returns an upper bound of the bytes of the film of a sensor.

@@ -177,6 +177,37 @@ fn both_tracers_measure_the_same() {
 }
 
 #[test]
+fn every_pixel_of_an_image_of_any_size_is_traced() {
+    let Some(mut gpu) = gpu() else { return };
+    let mut cpu = Tracer::Cpu(CpuTracer::new(0).unwrap());
+    let (town, scene) = town();
+    let world = world(&town, &scene, 1);
+    let sizes = [1, 2, 4, 5, 7, 8, 9, 12, 13, 16, 17, 20, 21, 24, 27];
+    let camera = |width, height| SensorSpec {
+        outputs: output::COLOR | output::DEPTH,
+        ..sample::camera("small", width, height)
+    };
+    let sensors: Vec<SensorSpec> =
+        sizes.iter().flat_map(|width| sizes.map(|height| camera(*width, height))).collect();
+    let bundles: [(&[SensorSpec], Pose); 1] = [(&sensors, town.street_pose(2))];
+    let by_cpu = &measure(&mut cpu, &scene, &world, &bundles)[0];
+    let by_gpu = &measure(&mut gpu, &scene, &world, &bundles)[0];
+    let mut differing = 0;
+    for (at, plane) in by_cpu.planes.iter().enumerate() {
+        let (differ, of) = disagreements(plane.output, by_cpu, by_gpu, at);
+        let SensorSpec { width, height, .. } = sensors[plane.sensor as usize];
+        // A strip that is left out has as many pixels as the shorter side.
+        assert!(
+            differ < (width.min(height) as usize).min(3),
+            "{differ} of {width} x {height} differ"
+        );
+        assert_eq!(of, width as usize * height as usize);
+        differing += differ;
+    }
+    assert!(differing < 10, "{differing} pixels differ");
+}
+
+#[test]
 fn the_gpu_gives_the_same_bytes_again() {
     let Some(mut gpu) = gpu() else { return };
     let (town, scene) = town();

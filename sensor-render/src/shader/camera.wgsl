@@ -1,5 +1,4 @@
-// Cameras: one thread per pixel, 8 x 8 pixels per workgroup, all cameras in one dispatch. Twin of
-// cpu/camera.rs.
+// Cameras: one thread per pixel, all cameras in one dispatch. Twin of cpu/camera.rs.
 
 const DEPTH_FAR_M = 1000.0;
 const SKY = 11u;
@@ -32,7 +31,26 @@ fn camera_of(group: u32) -> u32 {
     return low;
 }
 
-@compute @workgroup_size(8, 8)
+// Returns the pixel of a thread; it may lie outside of the image. A workgroup has 8 x 8 pixels, in a strip of at
+// most four pixels along the lower edge 16 x 4, and in one along the right edge 4 x 16, so that few threads are idle.
+// Twin of `group_count` in batch.rs.
+fn pixel_of(index: u32, group: u32, thread: u32) -> vec2u {
+    let size = vec2u(cameras[index].width, cameras[index].height);
+    let tiles = (size + 3u) / 8u;
+    let below = select(0u, (size.x + 15u) / 16u, tiles.y * 8u < size.y);
+    var tile = group - cameras[index].first_group;
+    if (tile < tiles.x * tiles.y) {
+        return vec2u(tile % tiles.x, tile / tiles.x) * 8u + vec2u(thread % 8u, thread / 8u);
+    }
+    tile -= tiles.x * tiles.y;
+    if (tile < below) {
+        return vec2u(tile * 16u + thread % 16u, tiles.y * 8u + thread / 16u);
+    }
+    let at = vec2u(tiles.x * 8u + thread % 4u, (tile - below) * 16u + thread / 4u);
+    return vec2u(at.x, select(size.y, at.y, at.y < tiles.y * 8u));
+}
+
+@compute @workgroup_size(64)
 fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.x) {
@@ -40,15 +58,12 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     }
     let index = camera_of(group);
     let width = cameras[index].width;
-    let across = (width + 7u) / 8u;
-    let tile = group - cameras[index].first_group;
-    let x = tile % across * 8u + thread.x;
-    let y = tile / across * 8u + thread.y;
-    if (x >= width || y >= cameras[index].height) {
+    let at = pixel_of(index, group, thread.x);
+    if (at.x >= width || at.y >= cameras[index].height) {
         return;
     }
-    let pixel = y * width + x;
-    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
+    let pixel = at.y * width + at.x;
+    let from_center = vec2f(at) - cameras[index].center;
     let samples = cameras[index].samples;
     let has_color = cameras[index].color != NONE;
     let is_smooth = has_color && samples > 1u;
@@ -68,12 +83,12 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
         let is_center = step == 0u;
         let number = select(cameras[index].first_sample + step - 1u, 0u, is_center);
         let sample = frame.samples[number];
-        let at = from_center + sample.xy;
+        let place = from_center + sample.xy;
         let own = (step + 3u) % 4u;
-        var direction = cameras[index].forward.xyz + cameras[index].right.xyz * at.x
-            + cameras[index].down.xyz * at.y;
+        var direction = cameras[index].forward.xyz + cameras[index].right.xyz * place.x
+            + cameras[index].down.xyz * place.y;
         if (HAS_LENS) {
-            let through = lens_direction(index, at);
+            let through = lens_direction(index, place);
             direction = through.xyz;
             if (through.w == 0.0) {
                 if (is_center) {
@@ -93,7 +108,7 @@ fn trace_cameras(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
             if (!is_center && developments[cameras[index].development].has_roots != 0u) {
                 top_root = developments[cameras[index].development].roots[step - 1u];
             }
-            ray = bent_ray(index, ray, f32(y) + sample.y, select(step, 0u, is_center), sample.zw);
+            ray = bent_ray(index, ray, f32(at.y) + sample.y, select(step, 0u, is_center), sample.zw);
         }
         let hit = closest(ray, FAR_AWAY, false);
         if (is_center) {

@@ -207,7 +207,7 @@ fn between(first: u32, size: vec2u, place: vec2f) -> vec3f {
 }
 
 // One thread per pixel, in the layout of `trace_cameras`.
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     let index = camera_of(group);
@@ -218,9 +218,7 @@ fn develop_films(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocati
     }
     let film = cameras[index].film;
     let size = vec2u(cameras[index].width, cameras[index].height);
-    let across = (size.x + 7u) / 8u;
-    let tile = group - cameras[index].first_group;
-    let at = vec2u(tile % across, tile / across) * 8u + thread.xy;
+    let at = pixel_of(index, group, thread.x);
     if (film == NONE || at.x >= size.x || at.y >= size.y) {
         return;
     }

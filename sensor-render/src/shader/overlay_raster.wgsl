@@ -138,7 +138,7 @@ fn meet_text(text: u32, camera: u32, x: u32, y: u32, fragment: Fragment) -> Frag
 }
 
 // One thread per pixel, in the layout of `trace_cameras`; dispatched after it.
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocation_id) thread: vec3u) {
     let group = group_number(group_at);
     if (group >= frame.groups.x) {
@@ -146,14 +146,11 @@ fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocatio
     }
     let index = camera_of(group);
     let width = cameras[index].width;
-    let across = (width + 7u) / 8u;
-    let tile = group - cameras[index].first_group;
-    let x = tile % across * 8u + thread.x;
-    let y = tile / across * 8u + thread.y;
-    if (x >= width || y >= cameras[index].height || cameras[index].color == NONE) {
+    let at = pixel_of(index, group, thread.x);
+    if (at.x >= width || at.y >= cameras[index].height || cameras[index].color == NONE) {
         return;
     }
-    let from_center = vec2f(f32(x), f32(y)) - cameras[index].center;
+    let from_center = vec2f(at) - cameras[index].center;
     var direction = cameras[index].forward.xyz + cameras[index].right.xyz * from_center.x
         + cameras[index].down.xyz * from_center.y;
     if (cameras[index].lens != 0u) {
@@ -166,10 +163,10 @@ fn draw_overlay(@builtin(workgroup_id) group_at: vec3u, @builtin(local_invocatio
     let ray = Ray(cameras[index].origin.xyz, direction);
     var fragment = meet_capsules(ray, cameras[index].origin.w);
     for (var text = 0u; text < frame.overlay.w; text++) {
-        fragment = meet_text(text, index, x, y, fragment);
+        fragment = meet_text(text, index, at.x, at.y, fragment);
     }
     // Nearer surfaces hide the shape.
     if (fragment.t < FAR_AWAY && closest(ray, fragment.t, true).triangle == NONE) {
-        put(cameras[index].payload, cameras[index].color + y * width + x, fragment.color);
+        put(cameras[index].payload, cameras[index].color + at.y * width + at.x, fragment.color);
     }
 }
