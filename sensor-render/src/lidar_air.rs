@@ -115,8 +115,7 @@ impl Rain {
     /// Returns the rain of a weather, 0.5 mm/h for each percent; `None` if it is dry.
     pub(crate) fn of(weather: &Weather) -> Option<Rain> {
         let rate_mm_per_h = 0.5 * f64::from(weather.precipitation.clamp(0.0, 100.0));
-        let decay_per_m = 4.1e3 * rate_mm_per_h.powf(-0.21);
-        (rate_mm_per_h > 0.0).then_some(Rain { decay_per_m })
+        (rate_mm_per_h > 0.0).then(|| Rain { decay_per_m: 4.1e3 * rate_mm_per_h.powf(-0.21) })
     }
 
     /// Returns the number of drops with at least this diameter in a cubic metre: ∫ n(D) dD = N exp(−ΛD) / Λ.

@@ -128,8 +128,16 @@ pub(crate) fn ray_generator(
     Ok(sensor)
 }
 
-/// Returns the rain and the spray that a camera sees which `parent` carries.
-fn rainfall(scene: &Scene, world: &World, camera: &Camera, parent: ActorId) -> Rainfall {
+/// Returns the rain and the spray that a camera sees which `parent` carries, if there are any.
+fn rainfall(
+    scene: &Scene,
+    world: &World,
+    camera: &Camera,
+    parent: ActorId,
+) -> Option<Box<Rainfall>> {
+    if world.puffs.is_empty() && world.weather.precipitation <= 0.0 {
+        return None;
+    }
     let carrier = world.velocities.binary_search_by_key(&parent, |(id, _)| *id);
     let velocity = carrier.map_or(Vec3::ZERO, |at| world.velocities[at].1);
     let has_roof = || {
@@ -137,7 +145,9 @@ fn rainfall(scene: &Scene, world: &World, camera: &Camera, parent: ActorId) -> R
         closest(scene, &World::new(), ray, ROOF_FAR_M).triangle != NONE
     };
     let Camera { effects, seed, origin, .. } = camera;
-    Rainfall::new(&world.weather, effects, *seed, *origin, velocity, &world.puffs, has_roof)
+    let rainfall =
+        Rainfall::new(&world.weather, effects, *seed, *origin, velocity, &world.puffs, has_roof);
+    (!rainfall.is_none()).then(|| Box::new(rainfall))
 }
 
 /// Writes `planes` to the first bytes of a payload, with the first azimuths of lidars.

@@ -17,15 +17,15 @@ pub fn pose_planes(planes: &mut [Plane], sensors: &[SensorSpec], world_from_pare
 
 /// Ray generator of a sensor.
 #[derive(Clone, Debug)]
-#[expect(clippy::large_enum_variant, reason = "there are few sensors, and most are cameras")]
+#[expect(clippy::large_enum_variant, reason = "lidars are few beside cameras")]
 pub(crate) enum Sensor {
     Camera(Camera),
-    Lidar(Lidar),
+    Lidar(Box<Lidar>),
 }
 
 /// Camera: one ray through the centre of each pixel. The component of each direction along the optical
 /// axis is 1, so that the ray parameter is the depth; directions of a fisheye have unit length.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Camera {
     pub(crate) width: u32,
     pub(crate) height: u32,
@@ -42,7 +42,7 @@ pub(crate) struct Camera {
     /// Height of a pixel at depth 1, in the middle of the image. Metres.
     pub(crate) pixel_down: f32,
     /// Lens; `None`: a pinhole.
-    pub(crate) lens: Option<Lens>,
+    pub(crate) lens: Option<Box<Lens>>,
     /// Rays per pixel of the colour image.
     pub(crate) quality: Quality,
     /// Effects on the colour image.
@@ -51,8 +51,8 @@ pub(crate) struct Camera {
     pub(crate) seed: u32,
     /// View of the previous frame, if the camera has moved since.
     pub(crate) before: Option<View>,
-    /// Drops and spray in front of it.
-    pub(crate) rain: Rainfall,
+    /// Drops and spray in front of it, if there are any.
+    pub(crate) rain: Option<Box<Rainfall>>,
 }
 
 /// Position and axes of a camera, scaled as in [`Camera`].
@@ -90,6 +90,7 @@ pub(crate) struct ThinLens {
 }
 
 impl Camera {
+    #[inline]
     fn new(
         spec: &SensorSpec,
         pose: &Pose,
@@ -110,12 +111,13 @@ impl Camera {
             center: projection.center_px().map(|center| (center - 0.5) as f32),
             pixel,
             pixel_down,
-            lens: (projection.model() != lens_model::PINHOLE).then(|| Lens::new(projection)),
+            lens: (projection.model() != lens_model::PINHOLE)
+                .then(|| Box::new(Lens::new(projection))),
             quality: quality.or_own(spec.quality),
             effects: spec.effects,
             seed: noise_seed(spec.seed, stamp.sim_time_nanos),
             before: None,
-            rain: Rainfall::default(),
+            rain: None,
         })
     }
 
@@ -203,6 +205,7 @@ impl Camera {
 ///
 /// # Errors
 /// [`TraceError`] if the pose is not rigid, the kind is unsupported, or the lens is out of range.
+#[inline]
 pub(crate) fn rays(
     spec: &SensorSpec,
     pose: &Pose,
@@ -215,7 +218,7 @@ pub(crate) fn rays(
     }
     match spec.kind {
         sensor::CAMERA => Camera::new(spec, pose, stamp, quality).map(Sensor::Camera),
-        sensor::LIDAR => Ok(Sensor::Lidar(Lidar::new(spec, pose, stamp, delta_nanos))),
+        sensor::LIDAR => Ok(Sensor::Lidar(Box::new(Lidar::new(spec, pose, stamp, delta_nanos)))),
         kind => Err(TraceError::UnknownKind { sensor: spec.name, kind }),
     }
 }

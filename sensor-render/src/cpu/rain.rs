@@ -22,7 +22,7 @@ pub(crate) fn in_rain<F: Float>(
     direction: V3<F>,
     t: F,
 ) -> V3<F> {
-    let rain = &camera.rain;
+    let Some(rain) = &camera.rain else { return color };
     let mut color = color;
     let t = t.min(F::splat(1e4));
     for puff in &rain.puffs[..rain.count as usize] {

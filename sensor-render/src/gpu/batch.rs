@@ -281,8 +281,7 @@ impl Batch {
         let color = plane(output::COLOR);
         let [film, development] = self.add_film(world, camera, light, color != NONE);
         let [normal, flow] = [output::NORMAL, output::FLOW].map(&plane);
-        let rainfall = (!camera.rain.is_none()).then_some(camera.rain);
-        let rainfall = number_of(&mut self.rainfalls, rainfall);
+        let rainfall = number_of(&mut self.rainfalls, camera.rain.as_deref().copied());
         let view = (normal != NONE || flow != NONE).then(|| view_before(camera));
         let view_before = number_of(&mut self.views_before, view);
         self.cameras.push(GpuCamera {
