@@ -20,12 +20,13 @@ mod resources;
 pub(crate) mod tests;
 mod timer;
 mod top_levels;
+mod waiter;
 
 use std::collections::VecDeque;
 
 use wgpu::{
     Buffer, CommandEncoderDescriptor, ComputePass, ComputePassDescriptor, ComputePipeline,
-    PollType, SubmissionIndex,
+    SubmissionIndex,
 };
 
 use crate::{error::TraceError, job::BundleJob, scene::Scene, world::World};
@@ -37,6 +38,7 @@ use readback::Readback;
 use resources::{GROUPS_ACROSS, GpuResources};
 pub use timer::DeviceTimes;
 use timer::Timer;
+use waiter::Waiter;
 
 /// Maximum output of one submission in bytes: word offsets have 32 bits, and the staging buffer has
 /// the same length.
@@ -51,6 +53,7 @@ pub struct GpuTracer {
     readback: Readback,
     /// `None` if the device has no timestamps.
     timer: Option<Timer>,
+    waiter: Waiter,
     payloads: Payloads,
     /// Batch of the last frame, for its memory: fresh pages cost as much as what is written to them.
     spare: Batch,
@@ -90,8 +93,9 @@ impl GpuTracer {
         gpu.check()?;
         let readback = Readback::default();
         let timer = Timer::new(&gpu.device, &gpu.queue);
+        let waiter = Waiter::default();
         let (payloads, spare) = (Payloads::new(&gpu.device), Batch::default());
-        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, payloads, spare }))
+        Ok(Some(GpuTracer { gpu, kernels, resources, readback, timer, waiter, payloads, spare }))
     }
 
     /// Returns the name of the adapter.
@@ -282,11 +286,7 @@ impl GpuTracer {
         jobs: &mut [BundleJob],
     ) -> Result<(), TraceError> {
         let Some(batch) = batch else { return Ok(()) };
-        let wait = PollType::Wait {
-            submission_index: Some(batch.submission),
-            timeout: Some(self.gpu.timeout),
-        };
-        self.gpu.device.poll(wait).map_err(|why| self.gpu.error(why.to_string()))?;
+        self.waiter.wait(&self.gpu, batch.submission)?;
         self.gpu.check()?;
         if let Some((timer, slot)) = self.timer.as_mut().zip(batch.timed) {
             timer.finish_batch(slot);
