@@ -215,7 +215,7 @@ mod tests {
     use super::*;
     use crate::catalogue::{profile::Silhouette, silhouettes::*, tall::*};
 
-    const CAGED: [&Silhouette; 18] = [
+    const CAGED: [&Silhouette; 19] = [
         &SEDAN,
         &LIFTBACK,
         &HATCHBACK,
@@ -223,6 +223,7 @@ mod tests {
         &BRICK,
         &SUV,
         &COUPE,
+        &WEDGE,
         &FASTBACK,
         &DOME,
         &CLASSIC,
@@ -239,7 +240,7 @@ mod tests {
     #[test]
     fn every_cage_is_closed_but_for_its_underside() {
         for shape in CAGED {
-            let car = HalfCar::parse(shape.cage.unwrap()).unwrap();
+            let car = HalfCar::parse(shape.cage).unwrap();
             let mut edges = BTreeMap::<(u32, u32), i32>::new();
             for (corners, _) in &car.faces {
                 for (at, a) in corners.iter().enumerate() {

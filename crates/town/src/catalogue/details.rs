@@ -52,7 +52,7 @@ pub(super) fn fit(
     for line in body.valances() {
         band(builder, &line, VALANCE_M, VALANCE_OUT_M);
     }
-    if shape.doors > 0 && !body.is_van() && shape.clearance_m > RUGGED_M {
+    if shape.doors > 0 && !body.is_van() && !shape.is_angular && shape.clearance_m > RUGGED_M {
         for line in body.arches() {
             band(builder, &line, FLARE_M, FLARE_OUT_M);
         }
@@ -101,7 +101,7 @@ impl Body<'_> {
 
     fn tail(&self) -> End<'_> {
         let Body { shape, measure, surface } = *self;
-        End { shape, measure, is_front: false, surface: Some(surface) }
+        End { shape, measure, is_front: false, surface }
     }
 
     fn is_van(&self) -> bool {
@@ -143,7 +143,8 @@ impl Body<'_> {
         let top = self.shape.top;
         let pane = top.iter().rposition(|point| point.2 == Skin::Pane);
         let pane = pane.filter(|pane| top[*pane].0 > 0.5 && pane + 1 < top.len());
-        let Some(deck) = pane.map(|pane| top[pane + 1].0 + 0.012) else { return Vec::new() };
+        // A load bed has none.
+        let deck = pane.map(|pane| top[pane + 1].0 + 0.012);
         let end = self.tail();
         let height = self.measure.size_m.z;
         let high = self.shape.top(0.975) * height - 0.05;
@@ -151,7 +152,7 @@ impl Body<'_> {
         let y = self.half() * 0.70;
         let mut lines = Vec::new();
         for side in [1.0f32, -1.0] {
-            if deck < 0.93 {
+            if let Some(deck) = deck.filter(|deck| *deck < 0.93) {
                 lines.push(self.over([deck, 0.74 * side], [0.975, 0.74 * side], 6));
             }
             let down = |step: u32| end.ahead(y * side, high + (low - high) * step as f32 / 8.0);
@@ -188,7 +189,7 @@ impl Body<'_> {
         }
         let Body { shape, measure, surface } = *self;
         let line = |is_front: bool| -> Vec<Spot> {
-            let end = End { shape, measure, is_front, surface: Some(surface) };
+            let end = End { shape, measure, is_front, surface };
             let z = height(&end);
             let at = |step: i32| {
                 let u = step as f32 * 0.1;
@@ -379,7 +380,7 @@ mod tests {
         let size_m = one.half_extents_m * 2.0;
         let nose_m = one.center_m.x + one.half_extents_m.x;
         let measure = Measure { size_m, body_m: size_m.y * 0.9, nose_m, wheels: &one.wheels };
-        let cage = car::cage(shape.cage.unwrap(), &measure).subdivided();
+        let cage = car::cage(shape.cage, &measure).subdivided();
         let surface = Surface::of(&cage);
         test(&Body { shape, measure: &measure, surface: &surface })
     }

@@ -26,8 +26,8 @@ pub(super) struct End<'a> {
     pub(super) shape: &'a Silhouette,
     pub(super) measure: &'a Measure<'a>,
     pub(super) is_front: bool,
-    /// The body, if it is made from a control cage: parts follow it.
-    pub(super) surface: Option<&'a Surface>,
+    /// The body, which parts follow.
+    pub(super) surface: &'a Surface,
 }
 
 impl End<'_> {
@@ -133,7 +133,7 @@ impl End<'_> {
     /// The point of the body at the end, seen along x, `y` beside the middle.
     pub(super) fn ahead(&self, y: f32, z: f32) -> Option<(Vec3, Vec3)> {
         let inside = self.measure.nose_m - self.measure.size_m.x * 0.5;
-        self.surface?.cast(vec3(inside, y, z), Vec3::X * self.forward())
+        self.surface.cast(vec3(inside, y, z), Vec3::X * self.forward())
     }
 
     /// The lowest height at which parts are fitted: 6 cm above the ground clearance, or the lower
@@ -143,7 +143,7 @@ impl End<'_> {
         let wide = self.measure.body_m * 0.5 * 0.68;
         let fits = |z: &f32| [0.0, wide].iter().all(|y| self.ahead(*y, *z).is_some());
         let heights = (0..20).map(|step| low + 0.01 * step as f32);
-        heights.into_iter().find(fits).filter(|_| self.surface.is_some()).unwrap_or(low)
+        heights.into_iter().find(fits).unwrap_or(low)
     }
 
     /// The point of the body round the end: `u` of 1 lies at the corner, beyond it the side.
@@ -152,7 +152,7 @@ impl End<'_> {
         let end = if self.is_front { 0.0 } else { self.measure.size_m.x };
         let from = vec3(self.measure.nose_m - end - self.forward() * half, 0.0, z);
         let (sin, cos) = (u * 1.12 * std::f32::consts::FRAC_PI_4).sin_cos();
-        self.surface?.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
+        self.surface.cast(from, vec3(cos * self.forward(), sin * side, 0.0))
     }
 
     /// Adds a shell over the body: a grid of points of the body, lifted by `out`, with edges that
@@ -165,7 +165,7 @@ impl End<'_> {
     /// Adds a band round the end on one side (1 left, −1 right), between two fractions of the half
     /// width and two heights.
     pub(super) fn wrap(&self, builder: &mut MeshBuilder, side: f32, u: [f32; 2], z: [f32; 2]) {
-        let steps = if self.surface.is_some() { 8 } else { 5 };
+        let steps = 8;
         let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
             let fraction = u[0] + (u[1] - u[0]) * step as f32 / steps as f32;
             // Lamps rise and narrow towards the sides.

@@ -16,7 +16,7 @@ pub(super) fn mirrors_and_handles(
     builder: &mut MeshBuilder,
     shape: &Silhouette,
     measure: &Measure,
-    surface: Option<&Surface>,
+    surface: &Surface,
 ) {
     let belt = |fraction: f32| shape.belt(fraction) * measure.size_m.z;
     let (half, full) = (measure.body_m * 0.5, measure.size_m.y * 0.5);
@@ -59,10 +59,7 @@ pub(super) fn mirrors_and_handles(
         for (door, (_, to)) in cuts.iter().enumerate() {
             builder.object(object(door)).material(Material::Metal);
             let (x, z) = (measure.at(to - 0.035), belt(*to) - 0.10);
-            let hit = surface.and_then(|skin| {
-                let from = vec3(x, 0.0, z);
-                skin.cast(from, Vec3::Y * side)
-            });
+            let hit = surface.cast(vec3(x, 0.0, z), Vec3::Y * side);
             let Some((at, _)) = hit else {
                 builder.block(vec3(x - 0.09, y0, z), vec3(x + 0.09, y1, z + 0.03));
                 continue;

@@ -58,6 +58,8 @@ const RED: [u8; 3] = [163, 24, 22];
 const WHITE: [u8; 3] = [225, 226, 224];
 const BLACK: [u8; 3] = [22, 23, 26];
 const SILVER: [u8; 3] = [150, 153, 156];
+/// Brushed stainless steel.
+const STEEL: [u8; 3] = [134, 136, 138];
 const BLUE: [u8; 3] = [25, 60, 130];
 const GREEN: [u8; 3] = [35, 92, 62];
 const YELLOW: [u8; 3] = [230, 176, 22];
@@ -90,7 +92,7 @@ static TABLE: [Row; 41] = [
     Row("vehicle.nissan.patrol", Car(&tall::OFF_ROADER, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rack)), [4.604, 1.931, 1.855], 0.95, 2.750, 0.42, 0.395, 2180.0, All, SILVER, ""),
     Row("vehicle.nissan.patrol_2021", Car(&silhouettes::SUV, Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Rails)), [5.566, 2.150, 2.045], 0.92, 3.250, 0.42, 0.440, 2720.0, All, WHITE, ""),
     Row("vehicle.seat.leon", Car(&silhouettes::HATCHBACK, Trim(Lamps::Wide, Grille::Wide, Tail::Corner, Extra::Spoiler)), [4.193, 1.816, 1.474], 0.98, 2.578, 0.53, 0.320, 1330.0, Front, RED, ""),
-    Row("vehicle.tesla.cybertruck", Car(&silhouettes::WEDGE, Trim(Lamps::Bar, Grille::Bare, Tail::Bar, Extra::Nothing)), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, SILVER, "electric"),
+    Row("vehicle.tesla.cybertruck", Car(&silhouettes::WEDGE, Trim(Lamps::Bar, Grille::Bare, Tail::Bar, Extra::Nothing)), [6.274, 2.390, 2.098], 0.88, 3.950, 0.43, 0.455, 3100.0, All, STEEL, "electric"),
     Row("vehicle.tesla.model3", Car(&silhouettes::LIFTBACK, Trim(Lamps::Wide, Grille::Bare, Tail::Corner, Extra::Nothing)), [4.792, 2.163, 1.488], 0.88, 2.875, 0.44, 0.345, 1845.0, Rear, RED, "electric"),
     Row("vehicle.toyota.prius", Car(&silhouettes::LIFTBACK, Trim(Lamps::Tall, Grille::Wide, Tail::Upright, Extra::Nothing)), [4.513, 2.007, 1.525], 0.88, 2.700, 0.51, 0.320, 1400.0, Front, WHITE, "electric"),
     Row("vehicle.volkswagen.t2", Car(&tall::MICROBUS, Trim(Lamps::Round, Grille::Badge, Tail::Upright, Extra::Roof([236, 232, 220]))), [4.480, 2.069, 2.038], 0.86, 2.430, 0.52, 0.330, 1280.0, Rear, ORANGE, ""),
@@ -195,16 +197,11 @@ pub(super) fn rig(number: usize, blueprint: &Blueprint) -> Rig {
     }));
     if !cuts.is_empty() {
         joints.push(Joint { name: "shell", motion: Motion::Ajar });
-        let cage = shape.cage.map(|text| car::cage(text, &measure));
+        let cage = car::cage(shape.cage, &measure);
         let names = ["door_fl", "door_fr", "door_rl", "door_rr"];
         for (number, name) in (0..cuts.len() * 2).zip(names) {
-            let (from, _) = cuts[number / 2];
             let side = if number % 2 == 0 { 1.0 } else { -1.0 };
-            let half = measure.body_m * 0.5 * shape.plan(from);
-            let front = match &cage {
-                Some(cage) => car::door_front(cage, number as u32),
-                None => vec3(measure.at(from), side * half, 0.0),
-            };
+            let front = car::door_front(&cage, number as u32);
             let hinge_m = vec3(front.x, front.y * 0.97, 0.0);
             let motion = Motion::Door {
                 number: number as u32,
@@ -232,7 +229,7 @@ pub(super) fn build_mesh(number: usize, blueprint: &Blueprint) -> Mesh {
                 _ => Livery::default(),
             };
             let surface = car::body(&mut builder, shape, &measure, livery, number);
-            trim::fit(&mut builder, shape, &measure, trim, surface.as_ref());
+            trim::fit(&mut builder, shape, &measure, trim, &surface);
         }
         Build::Heavy(heavy) => heavy::body(&mut builder, heavy, &measure, number),
         Build::Bike(bike) => {

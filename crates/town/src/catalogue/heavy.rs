@@ -72,17 +72,16 @@ pub(super) fn body(builder: &mut MeshBuilder, heavy: &Heavy, measure: &Measure, 
         _ => Livery::default(),
     };
     let surface = car::body(builder, shape, &front, livery, number);
-    let surface = surface.as_ref();
     let trim = match heavy.load {
         Load::Seats => Trim(Lamps::Wide, Grille::Bare, Tail::Upright, Extra::Nothing),
         _ => Trim(Lamps::Wide, Grille::Frame, Tail::Upright, Extra::Nothing),
     };
     if heavy.load == Load::Seats {
-        trim::fit(builder, shape, &front, &trim, surface);
-        let end = End { shape, measure, is_front: true, surface };
+        trim::fit(builder, shape, &front, &trim, &surface);
+        let end = End { shape, measure, is_front: true, surface: &surface };
         return bus::fit(builder, &end, number);
     }
-    trim::front(builder, shape, &front, &trim, surface);
+    trim::front(builder, shape, &front, &trim, &surface);
     let rear = front.nose_m - front.size_m.x;
     chassis::build(builder, measure, rear);
     match heavy.load {

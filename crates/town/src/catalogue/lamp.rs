@@ -59,10 +59,6 @@ pub(super) fn ribs(
     z: [f32; 2],
     material: Material,
 ) {
-    if end.surface.is_none() {
-        builder.material(material);
-        return end.wrap(builder, side, u, z);
-    }
     builder.tinted(Material::CarPaint, [34, 8, 9]);
     end.wrap(builder, side, u, z);
     builder.material(material);

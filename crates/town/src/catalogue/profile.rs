@@ -1,7 +1,7 @@
 //! The profiles of car bodies.
 //!
 //! Tables are in fractions: x from 0 at the nose to 1 at the tail, heights of the whole height,
-//! widths of the body's half width. Smooth curves pass through the points; angular bodies use
+//! widths of the body's half width. Smooth curves pass through the points; bodies of flat sheets use
 //! straight lines.
 
 use glam::Vec3;
@@ -15,11 +15,7 @@ pub(super) enum Skin {
     Paint,
     /// Windscreen or rear window.
     Pane,
-    /// The cover of a load bed.
-    Cover,
 }
-use Skin::Paint;
-
 /// The silhouette of a class of cars.
 #[derive(Debug)]
 pub(super) struct Silhouette {
@@ -41,11 +37,10 @@ pub(super) struct Silhouette {
     pub(super) clearance_m: f32,
     /// The number of doors that open: 0, 2 or 4.
     pub(super) doors: u8,
-    /// Whether straight lines connect the points of the tables.
+    /// Whether the body is of flat sheets with unpainted bumpers: straight lines connect the points of the tables.
     pub(super) is_angular: bool,
-    /// The control cage of the body, a text of the form that [`cage`](super::cage) reads; `None`
-    /// for a body that is lofted over the tables.
-    pub(super) cage: Option<&'static str>,
+    /// The control cage of the body, a text of the form that [`cage`](super::cage) reads.
+    pub(super) cage: &'static str,
 }
 
 /// The dimensions of a vehicle, and its wheels.
@@ -121,22 +116,10 @@ impl Silhouette {
         curve(self.plan, fraction, self.is_angular)
     }
 
-    pub(super) fn skin(&self, x: f32) -> Skin {
-        self.top.iter().rev().find(|point| point.0 <= x).map_or(Paint, |point| point.2)
-    }
-
     /// The lower edge of the windscreen: fractions of the length and of the height.
     pub(super) fn cowl(&self) -> Option<(f32, f32)> {
         let pane = self.top.iter().find(|point| point.2 == Skin::Pane)?;
         Some((pane.0, pane.1))
-    }
-
-    pub(super) fn is_window(&self, x: f32) -> bool {
-        x > self.windows.0 && x < self.windows.1 && !self.is_pillar(x)
-    }
-
-    pub(super) fn is_pillar(&self, x: f32) -> bool {
-        self.pillars.iter().any(|pillar| (x - pillar).abs() < PILLAR)
     }
 
     /// The start and end of each left door, front first.
@@ -161,8 +144,6 @@ impl Measure<'_> {
 
 /// The distance by which lamps and plates protrude from the body. Metres.
 pub(super) const RELIEF: f32 = 0.012;
-/// Half the width of a pillar, as a fraction of the length.
-pub(super) const PILLAR: f32 = 0.010;
 /// The width of the gap between a door and its frame, as a fraction of the length.
 pub(super) const SEAM: f32 = 0.0035;
 /// The object of the body without its doors, if it has doors; the objects of the doors follow.

@@ -2,7 +2,7 @@
 
 use crate::catalogue::profile::{
     Silhouette,
-    Skin::{Cover, Paint, Pane},
+    Skin::{Paint, Pane},
 };
 
 const ROUND_PLAN: &[(f32, f32)] = &[
@@ -55,7 +55,7 @@ pub(super) const SEDAN: Silhouette = Silhouette {
     clearance_m: 0.17,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/sedan.obj")),
+    cage: include_str!("cages/sedan.obj"),
 };
 pub(super) const COUPE: Silhouette = Silhouette {
     top: &[
@@ -90,7 +90,7 @@ pub(super) const COUPE: Silhouette = Silhouette {
     clearance_m: 0.14,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/coupe.obj")),
+    cage: include_str!("cages/coupe.obj"),
 };
 pub(super) const HATCHBACK: Silhouette = Silhouette {
     top: &[
@@ -125,7 +125,7 @@ pub(super) const HATCHBACK: Silhouette = Silhouette {
     clearance_m: 0.17,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/hatchback.obj")),
+    cage: include_str!("cages/hatchback.obj"),
 };
 pub(super) const SUV: Silhouette = Silhouette {
     top: &[
@@ -160,7 +160,7 @@ pub(super) const SUV: Silhouette = Silhouette {
     clearance_m: 0.22,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/suv.obj")),
+    cage: include_str!("cages/suv.obj"),
 };
 pub(super) const BUBBLE: Silhouette = Silhouette {
     top: &[
@@ -184,7 +184,7 @@ pub(super) const BUBBLE: Silhouette = Silhouette {
     clearance_m: 0.15,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/bubble.obj")),
+    cage: include_str!("cages/bubble.obj"),
 };
 pub(super) const WEDGE: Silhouette = Silhouette {
     top: &[
@@ -196,7 +196,7 @@ pub(super) const WEDGE: Silhouette = Silhouette {
         (0.42, 1.0, Paint),
         (0.445, 0.991, Pane),
         (0.60, 0.875, Paint),
-        (0.62, 0.86, Cover),
+        (0.62, 0.86, Paint),
         (0.96, 0.66, Paint),
         (0.985, 0.645, Paint),
         (1.0, 0.61, Paint),
@@ -210,7 +210,7 @@ pub(super) const WEDGE: Silhouette = Silhouette {
     clearance_m: 0.32,
     doors: 4,
     is_angular: true,
-    cage: None,
+    cage: include_str!("cages/wedge.obj"),
 };
 
 /// A long classic saloon: bonnet and boot of the same height, an upright cabin between them.
@@ -257,7 +257,7 @@ pub(super) const CLASSIC: Silhouette = Silhouette {
     clearance_m: 0.19,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/classic.obj")),
+    cage: include_str!("cages/classic.obj"),
 };
 /// A fastback with a short tail and a long bonnet.
 pub(super) const FASTBACK: Silhouette = Silhouette {
@@ -304,7 +304,7 @@ pub(super) const FASTBACK: Silhouette = Silhouette {
     clearance_m: 0.16,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/fastback.obj")),
+    cage: include_str!("cages/fastback.obj"),
 };
 /// A sports coupe with a domed roof.
 pub(super) const DOME: Silhouette = Silhouette {
@@ -341,7 +341,7 @@ pub(super) const DOME: Silhouette = Silhouette {
     clearance_m: 0.14,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/dome.obj")),
+    cage: include_str!("cages/dome.obj"),
 };
 /// A saloon whose roof slopes down to a high tail in one line.
 pub(super) const LIFTBACK: Silhouette = Silhouette {
@@ -379,7 +379,7 @@ pub(super) const LIFTBACK: Silhouette = Silhouette {
     clearance_m: 0.16,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/liftback.obj")),
+    cage: include_str!("cages/liftback.obj"),
 };
 /// A small upright car with short overhangs and a flat roof.
 pub(super) const BRICK: Silhouette = Silhouette {
@@ -424,7 +424,7 @@ pub(super) const BRICK: Silhouette = Silhouette {
     clearance_m: 0.16,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/brick.obj")),
+    cage: include_str!("cages/brick.obj"),
 };
 /// A tall family car with a short bonnet.
 pub(super) const MONOVOLUME: Silhouette = Silhouette {
@@ -460,5 +460,5 @@ pub(super) const MONOVOLUME: Silhouette = Silhouette {
     clearance_m: 0.16,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/monovolume.obj")),
+    cage: include_str!("cages/monovolume.obj"),
 };

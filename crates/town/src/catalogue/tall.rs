@@ -39,7 +39,7 @@ pub(super) const VAN: Silhouette = Silhouette {
     clearance_m: 0.2,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/van.obj")),
+    cage: include_str!("cages/van.obj"),
 };
 
 /// A forward-control van with windows all round.
@@ -66,7 +66,7 @@ pub(super) const MICROBUS: Silhouette = Silhouette {
     clearance_m: 0.2,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/microbus.obj")),
+    cage: include_str!("cages/microbus.obj"),
 };
 
 /// A coach with a windscreen across the whole front.
@@ -93,7 +93,7 @@ pub(super) const COACH: Silhouette = Silhouette {
     clearance_m: 0.28,
     doors: 0,
     is_angular: false,
-    cage: Some(include_str!("cages/coach.obj")),
+    cage: include_str!("cages/coach.obj"),
 };
 
 /// A forward-control cab.
@@ -117,7 +117,7 @@ pub(super) const CAB: Silhouette = Silhouette {
     clearance_m: 0.34,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/cab.obj")),
+    cage: include_str!("cages/cab.obj"),
 };
 
 /// A cab with a bonnet, as on vans.
@@ -141,7 +141,7 @@ pub(super) const SNOUT: Silhouette = Silhouette {
     clearance_m: 0.24,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/snout.obj")),
+    cage: include_str!("cages/snout.obj"),
 };
 
 /// A tall off-road car with upright panes.
@@ -169,7 +169,7 @@ pub(super) const OFF_ROADER: Silhouette = Silhouette {
     clearance_m: 0.26,
     doors: 4,
     is_angular: false,
-    cage: Some(include_str!("cages/off_roader.obj")),
+    cage: include_str!("cages/off_roader.obj"),
 };
 
 /// A jeep: flat bonnet, upright windscreen, straight sides.
@@ -205,5 +205,5 @@ pub(super) const JEEP: Silhouette = Silhouette {
     clearance_m: 0.3,
     doors: 2,
     is_angular: false,
-    cage: Some(include_str!("cages/jeep.obj")),
+    cage: include_str!("cages/jeep.obj"),
 };

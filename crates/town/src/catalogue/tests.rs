@@ -117,7 +117,7 @@ fn every_car_has_a_rear_window_and_equal_covers_of_its_head_lamps() {
     assert!(covered("vehicle.lincoln.mkz_2020") && !covered("vehicle.ford.mustang"));
 }
 
-/// The cars whose bodies are made from control cages.
+/// The cars whose bodies are painted down to their lower edge.
 fn caged_cars() -> impl Iterator<Item = &'static super::Blueprint> {
     let cars = catalogue().iter().filter(|one| one.base_type == "car");
     cars.filter(|one| one.id != "vehicle.tesla.cybertruck")
@@ -326,4 +326,34 @@ fn a_bumper_of_a_cage_ends_in_unpainted_plastic_and_an_angular_body_has_cladding
         }
         assert!(area.iter().all(|area| *area > 0.008), "{id}: {area:?}");
     }
+}
+
+#[test]
+fn the_cybertruck_is_made_of_flat_sheets_with_dark_cladding_and_a_dark_bed() {
+    let (_, one) = blueprint("vehicle.tesla.cybertruck").unwrap();
+    let mesh = one.mesh();
+    let (mut sheets, mut dark): (Vec<(Vec3, f32)>, f32) = (Vec::new(), 0.0);
+    for (corners, face) in mesh.triangles.iter().zip(&mesh.faces) {
+        let [a, b, c] = corners.map(|at| Vec3::from(mesh.positions[at as usize]));
+        let across = (b - a).cross(c - a) * 0.5;
+        let (area, normal) = (across.length(), across.normalize_or_zero());
+        let middle = (a + b + c) / 3.0;
+        if face.material == Material::CarPaint as u8 {
+            match sheets.iter_mut().find(|(other, _)| other.dot(normal) > 0.999) {
+                Some((_, sum)) => *sum += area,
+                None => sheets.push((normal, area)),
+            }
+        }
+        let is_behind = middle.x < one.center_m.x && normal.z > 0.8;
+        if is_behind && face.material == Material::Plastic as u8 && middle.z > 1.3 {
+            dark += area;
+        }
+    }
+    sheets.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let (all, largest) = (
+        sheets.iter().map(|sheet| sheet.1).sum::<f32>(),
+        sheets.iter().take(24).map(|sheet| sheet.1).sum::<f32>(),
+    );
+    assert!(largest > 0.75 * all, "{largest} of {all} square metres in 24 directions");
+    assert!(dark > 1.5, "a bed of {dark} square metres");
 }

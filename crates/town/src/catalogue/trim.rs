@@ -117,7 +117,7 @@ pub(super) fn fit(
     shape: &Silhouette,
     measure: &Measure,
     trim: &Trim,
-    surface: Option<&Surface>,
+    surface: &Surface,
 ) {
     front(builder, shape, measure, trim, surface);
     rear(builder, shape, measure, trim, surface);
@@ -130,12 +130,11 @@ pub(super) fn front(
     shape: &Silhouette,
     measure: &Measure,
     Trim(lamps, grille, ..): &Trim,
-    surface: Option<&Surface>,
+    surface: &Surface,
 ) {
     let end = End { shape, measure, is_front: true, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
-    let sink = if surface.is_some() { 0.03 } else { 0.012 };
-    let top = shape.top(if surface.is_some() { 0.02 } else { 0.008 }) * height - sink;
+    let top = shape.top(0.02) * height - 0.03;
     let low = end.low();
     let tall = top - low;
     let (from, to) = match lamps {
@@ -150,17 +149,9 @@ pub(super) fn front(
         match lamps {
             Lamps::Slim | Lamps::Wide | Lamps::Tall => {
                 let inner = if *lamps == Lamps::Tall { 0.62 } else { 0.48 };
-                if surface.is_some() {
-                    lamp::cluster(builder, &end, side, inner, [from, to], indicator);
-                    fog_lamp(builder, &end, side, [0.74, low + tall * 0.12]);
-                    continue;
-                }
-                builder.material(Material::LampHigh);
-                end.wrap(builder, side, [inner, inner + 0.12], [from, to]);
-                builder.material(Material::LampWhite);
-                end.wrap(builder, side, [inner + 0.12, 0.90], [from, to]);
-                builder.material(indicator);
-                end.wrap(builder, side, [0.90, 0.965], [from, to]);
+                lamp::cluster(builder, &end, side, inner, [from, to], indicator);
+                fog_lamp(builder, &end, side, [0.74, low + tall * 0.12]);
+                continue;
             }
             Lamps::Bar => {
                 builder.material(Material::LampWhite);
@@ -191,15 +182,14 @@ pub(super) fn front(
         }
         fog_lamp(builder, &end, side, [0.76, low + tall * 0.12]);
     }
-    let paint = Material::CarPaint;
+    let paint = if shape.is_angular { Material::Plastic } else { Material::CarPaint };
     let span = |builder: &mut MeshBuilder, half_width: f32, z: [f32; 2]| {
         end.plate(builder, half_width, z, 0.004)
     };
     match grille {
-        Grille::Bare if surface.is_some() => {
+        Grille::Bare => {
             end.opening(builder, [half * 0.54, half * 0.60], [low, low + tall * 0.20], paint);
         }
-        Grille::Bare => {}
         Grille::Wide => {
             let upper = [from + tall * 0.04, to - 0.02];
             end.opening(builder, [half * 0.42, half * 0.37], upper, paint);
@@ -275,10 +265,9 @@ pub(super) fn front(
             }
         }
     }
-    unpainted_bumper(builder, &end);
     let has_bonnet = shape.cowl().is_some_and(|(cowl, _)| cowl > 0.05);
     let has_place = matches!(grille, Grille::Bare | Grille::Wide | Grille::Frame | Grille::Kidneys);
-    if has_bonnet && has_place {
+    if has_bonnet && has_place && !shape.is_angular {
         badge(builder, &end, top - 0.02);
     }
     number_plate(builder, &end, low + tall * 0.17);
@@ -336,15 +325,6 @@ fn lettering(builder: &mut MeshBuilder, end: &End, z: f32) {
     }
 }
 
-/// Adds the bumper of an angular body, which continues the cladding of its sides.
-fn unpainted_bumper(builder: &mut MeshBuilder, end: &End) {
-    if end.shape.is_angular {
-        let low = end.shape.clearance_m;
-        builder.material(Material::Plastic);
-        end.plate(builder, end.measure.body_m * 0.5 * 0.93, [low, low + 0.22], 0.002);
-    }
-}
-
 /// Adds the bars of a grille, across an opening.
 fn bars(builder: &mut MeshBuilder, end: &End, half: f32, z: [f32; 2]) {
     builder.tinted(Material::Plastic, [40, 41, 44]);
@@ -373,14 +353,13 @@ fn rear(
     shape: &Silhouette,
     measure: &Measure,
     Trim(_, _, tail, _): &Trim,
-    surface: Option<&Surface>,
+    surface: &Surface,
 ) {
     let end = End { shape, measure, is_front: false, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
-    let sink = if surface.is_some() { 0.05 } else { 0.012 };
     // Lamps of a van do not follow its roof.
     let top = if shape.has_tall_tail() { shape.belt(0.990) + 0.06 } else { shape.top(0.990) };
-    let top = top * height - sink;
+    let top = top * height - 0.05;
     let low = end.low();
     let tall = (top - low).min(0.75);
     let upright = *tail == Tail::Upright;
@@ -394,11 +373,14 @@ fn rear(
                 lamp::ribs(builder, &end, side, [0.52, 0.69], [from, cut], Material::LampReverse);
             }
             Tail::Bar => {
-                let (from, to) = (top - tall * 0.20, top - 0.03);
+                // On flat sheets a narrow band below the edge.
+                let deep = if shape.is_angular { 0.075 } else { tall * 0.20 };
+                let (from, to) = (top - deep, top - 0.03);
                 lamp::ribs(builder, &end, side, [0.0, 0.80], [from, to], Material::LampRed);
                 lamp::ribs(builder, &end, side, [0.80, 0.965], [from, to], indicator);
                 builder.material(Material::LampReverse);
-                end.wrap(builder, side, [0.42, 0.56], [from - 0.07, from - 0.01]);
+                let high = if shape.is_angular { low + 0.16 } else { from - 0.01 };
+                end.wrap(builder, side, [0.42, 0.56], [high - 0.06, high]);
             }
             Tail::Upright => {
                 let (from, to) = (top - tall * 0.72, top - 0.04);
@@ -426,17 +408,26 @@ fn rear(
         builder.tinted(Material::LampFog, [120, 20, 18]);
         end.wrap(builder, side, [0.55, 0.66], [low + 0.02, low + 0.06]);
     }
-    unpainted_bumper(builder, &end);
-    if !shape.has_tall_tail() {
+    if !shape.has_tall_tail() && !shape.is_angular {
         let is_bar = *tail == Tail::Bar;
         if !is_bar {
             badge(builder, &end, top - tall * 0.17);
         }
         lettering(builder, &end, top - if is_bar { tall * 0.27 } else { tall * 0.17 + 0.085 });
     }
-    let valance = [low + if surface.is_some() { 0.0 } else { -0.02 }, low + tall * 0.20];
-    end.opening(builder, [half * 0.60, half * 0.68], valance, Material::CarPaint);
-    let z = low + tall * if upright { 0.24 } else { 0.34 };
+    let valance = [low, low + tall * 0.20];
+    // Openings of an unpainted bumper have an unpainted rim.
+    let rim = if shape.is_angular { Material::Plastic } else { Material::CarPaint };
+    end.opening(builder, [half * 0.60, half * 0.68], valance, rim);
+    // That of flat sheets is in their unpainted bumper.
+    let share = if shape.is_angular {
+        0.10
+    } else if upright {
+        0.24
+    } else {
+        0.34
+    };
+    let z = low + tall * share;
     number_plate(builder, &end, z);
     if shape.is_angular || upright {
         return;
@@ -457,7 +448,7 @@ fn extra(
     shape: &Silhouette,
     measure: &Measure,
     extra: Extra,
-    surface: Option<&Surface>,
+    surface: &Surface,
 ) {
     let (length, height) = (measure.size_m.x, measure.size_m.z);
     let half = measure.body_m * 0.5;
@@ -502,31 +493,18 @@ fn extra(
         Extra::Spoiler => {
             builder.material(Material::CarPaint);
             let pane = shape.top.iter().rev().find(|point| point.2 == Skin::Pane);
-            if let (Some(pane), Some(skin)) = (pane, surface) {
+            if let Some(pane) = pane {
                 // A lip at the end of the roof that continues the roof and follows its curve.
                 let x = measure.at(pane.0) + 0.06;
                 let ring = |step: i32| -> Option<Vec<Vec3>> {
                     let t = step as f32 / 4.0 - 1.0;
-                    let (at, _) = skin.cast(vec3(x, half * 0.56 * t, 0.3), Vec3::Z)?;
+                    let (at, _) = surface.cast(vec3(x, half * 0.56 * t, 0.3), Vec3::Z)?;
                     let long = 0.19 * (1.0 - 0.35 * t.powi(4));
                     let section = [(0.0, 0.004), (-long, -0.004), (-long, -0.018), (0.0, -0.045)];
                     Some(section.map(|(dx, dz)| at + vec3(dx, 0.0, dz)).to_vec())
                 };
                 let Some(rings) = (0..=8).map(ring).collect::<Option<Vec<_>>>() else { return };
                 builder.solid(|builder| builder.loft(&rings, |_, _| None));
-                return;
-            }
-            let fraction = 0.955;
-            let (x, z) = (measure.at(fraction), shape.top(fraction) * height);
-            builder.block(
-                vec3(x - 0.10, -half * 0.72, z + 0.07),
-                vec3(x + 0.10, half * 0.72, z + 0.095),
-            );
-            for y in [half * 0.55, -half * 0.55] {
-                builder.block(
-                    vec3(x - 0.05, y - 0.015, z - 0.03),
-                    vec3(x + 0.05, y + 0.015, z + 0.08),
-                );
             }
         }
         Extra::Spare => {
@@ -548,7 +526,7 @@ fn extra(
                     });
                     let x = measure.at(fraction);
                     let at = |y: f32| {
-                        let hit = surface.and_then(|skin| skin.cast(vec3(x, y, 0.3), Vec3::Z));
+                        let hit = surface.cast(vec3(x, y, 0.3), Vec3::Z);
                         let z = hit.map_or(shape.top(fraction) * height, |(at, _)| at.z);
                         vec3(x, y, z + 0.004)
                     };
