@@ -15,6 +15,8 @@ const PITCH_M: f32 = 0.86;
 const SEAT: [u8; 3] = [40, 62, 112];
 const POLE: [u8; 3] = [222, 186, 40];
 const PANEL: [u8; 3] = [186, 186, 182];
+/// The height of the unpainted lower part of the front bumper. Metres.
+const BUMPER_M: f32 = 0.13;
 /// The x of the passenger doors on the right, as fractions of the length, and half their width in
 /// metres.
 const DOORS: [f32; 2] = [0.100, 0.475];
@@ -24,6 +26,7 @@ const DOOR_HALF_M: f32 = 0.40;
 pub(super) fn fit(builder: &mut MeshBuilder, front: &End, number: usize) {
     outside(builder, front.measure);
     destination(builder, front);
+    mask(builder, front);
     inside(builder, front.measure, number);
 }
 
@@ -43,6 +46,15 @@ fn destination(builder: &mut MeshBuilder, front: &End) {
             front.shell(builder, &grid, 0.008);
         }
     }
+}
+
+/// A dark band below the windscreen, and a bumper of dark plastic.
+fn mask(builder: &mut MeshBuilder, front: &End) {
+    let (half, low) = (front.measure.body_m * 0.5, front.low());
+    let cowl = front.shape.cowl().map_or(low, |(_, z)| z * front.measure.size_m.z);
+    builder.tinted(Material::Plastic, [18, 18, 20]);
+    front.plate(builder, half * 0.74, [cowl - 0.09, cowl - 0.005], 0.003);
+    front.plate(builder, half * 0.86, [low, low + BUMPER_M], 0.006);
 }
 
 fn outside(builder: &mut MeshBuilder, measure: &Measure) {

@@ -357,3 +357,51 @@ fn the_cybertruck_is_made_of_flat_sheets_with_dark_cladding_and_a_dark_bed() {
     assert!(largest > 0.75 * all, "{largest} of {all} square metres in 24 directions");
     assert!(dark > 1.5, "a bed of {dark} square metres");
 }
+
+#[test]
+fn roof_rails_follow_the_roof() {
+    let with_rails = ["audi.etron", "bmw.grandtourer", "mini.cooper_s_2021", "nissan.patrol_2021"];
+    for id in with_rails {
+        let (_, one) = blueprint(&format!("vehicle.{id}")).unwrap();
+        let mesh = one.mesh();
+        let corners =
+            |at: usize| mesh.triangles[at].map(|at| Vec3::from(mesh.positions[at as usize]));
+        let of = |material: Material| {
+            (0..mesh.faces.len()).filter(move |at| mesh.faces[*at].material == material as u8)
+        };
+        let high = one.half_extents_m.z * 1.7;
+        let rails: Vec<Vec3> =
+            of(Material::Metal).flat_map(corners).filter(|at| at.z > high).collect();
+        assert!(rails.len() > 100, "{id}: {}", rails.len());
+        let roof: Vec<[Vec3; 3]> =
+            of(Material::CarPaint).chain(of(Material::Glass)).map(corners).collect();
+        for rail in rails {
+            // The highest point of the body below.
+            let below = |[a, b, c]: &[Vec3; 3]| {
+                let (u, v, w) = (*b - *a, *c - *a, rail - *a);
+                let area = u.truncate().perp_dot(v.truncate());
+                let s = w.truncate().perp_dot(v.truncate()) / area;
+                let t = u.truncate().perp_dot(w.truncate()) / area;
+                let inside = area.abs() > 1e-9 && s >= 0.0 && t >= 0.0 && s + t <= 1.0;
+                inside.then(|| a.z + u.z * s + v.z * t)
+            };
+            let body = roof.iter().filter_map(below).fold(f32::MIN, f32::max);
+            assert!((-0.07..0.07).contains(&(rail.z - body)), "{id}: {rail} over {body}");
+        }
+    }
+}
+
+#[test]
+fn head_lamps_lie_no_higher_than_the_regulation_allows() {
+    for one in catalogue().iter().filter(|one| one.wheels.len() == 4) {
+        let mesh = one.mesh();
+        let lamps = mesh.triangles.iter().zip(&mesh.faces);
+        // Signs on roofs have a tint.
+        let lamps = lamps.filter(|(_, f)| f.material == Material::LampWhite as u8 && f.tint == 0);
+        let heights =
+            lamps.flat_map(|(corners, _)| corners.map(|at| mesh.positions[at as usize][2]));
+        let highest = heights.fold(f32::MIN, f32::max);
+        // UN R48, 6.2.4.2; the outer end of a cover rises a little.
+        assert!((0.4..1.24).contains(&highest), "{}: {highest} m", one.id);
+    }
+}

@@ -85,6 +85,12 @@ pub(super) enum Extra {
     Taxi,
 }
 
+/// The greatest height of the upper edge of a head lamp, of UN Regulation No. 48, 6.2.4.2, and that of wide lamps between
+/// their edges, about that of coaches. Metres.
+const LAMP_TOP_M: f32 = 1.2;
+const LAMP_HIGH_M: f32 = 0.22;
+/// The height of the middle of roof rails over the roof. Metres.
+const RAIL_LIFT_M: f32 = 0.032;
 /// The radius of a badge, and the size of a letter of a model's name. Metres.
 const BADGE_M: f32 = 0.042;
 const LETTER_M: f32 = 0.03;
@@ -134,12 +140,12 @@ pub(super) fn front(
 ) {
     let end = End { shape, measure, is_front: true, surface };
     let (height, half) = (measure.size_m.z, measure.body_m * 0.5);
-    let top = shape.top(0.02) * height - 0.03;
+    let top = (shape.top(0.02) * height - 0.03).min(LAMP_TOP_M);
     let low = end.low();
     let tall = top - low;
     let (from, to) = match lamps {
         Lamps::Slim => (top - tall * 0.27, top - 0.01),
-        Lamps::Wide => (top - tall * 0.36, top - 0.03),
+        Lamps::Wide => (top - 0.03 - (tall * 0.36 - 0.03).min(LAMP_HIGH_M), top - 0.03),
         Lamps::Tall => (top - tall * 0.52, top - 0.01),
         Lamps::Bar => (top - 0.055, top - 0.015),
         Lamps::Round | Lamps::Twin => (top - tall * 0.40, top - 0.03),
@@ -458,14 +464,15 @@ fn extra(
         Extra::Nothing | Extra::Roof(_) => {}
         Extra::Rails => {
             builder.material(Material::Metal);
-            for y in [roof * 0.90, -roof * 0.90] {
-                let points: Vec<Vec3> = (0..=6)
-                    .map(|step| {
-                        let fraction = roof_from + (roof_to - roof_from) * step as f32 / 6.0;
-                        let lift = if step == 0 || step == 6 { -0.03 } else { 0.022 };
-                        vec3(measure.at(fraction), y, shape.top(fraction) * height + lift)
-                    })
-                    .collect();
+            for y in [roof * 0.80, -roof * 0.80] {
+                // They follow the roof, which is lower at its sides than in its middle.
+                let point = |step: u32| {
+                    let fraction = roof_from + (roof_to - roof_from) * step as f32 / 6.0;
+                    let from = vec3(measure.at(fraction), y, 0.3);
+                    let lift = if step == 0 || step == 6 { -0.03 } else { RAIL_LIFT_M };
+                    surface.cast(from, Vec3::Z).map(|(at, _)| at + Vec3::Z * lift)
+                };
+                let points: Vec<Vec3> = (0..=6).filter_map(point).collect();
                 builder.pipe(&points, 0.017, 6);
             }
         }
