@@ -383,7 +383,7 @@ fn roof_rails_follow_the_roof() {
                 let s = w.truncate().perp_dot(v.truncate()) / area;
                 let t = u.truncate().perp_dot(w.truncate()) / area;
                 let inside = area.abs() > 1e-9 && s >= 0.0 && t >= 0.0 && s + t <= 1.0;
-                inside.then(|| a.z + u.z * s + v.z * t)
+                inside.then_some(a.z + u.z * s + v.z * t)
             };
             let body = roof.iter().filter_map(below).fold(f32::MIN, f32::max);
             assert!((-0.07..0.07).contains(&(rail.z - body)), "{id}: {rail} over {body}");

@@ -298,6 +298,9 @@ fn bare(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize, hei
     builder.quad(corners.map(|(x, z)| foot + turn * vec3(x, 0.0, z)));
 }
 
+/// How many columns of windows such a wall has at most: few, as a fire must not cross a boundary.
+const FIREWALL_COLUMNS: u32 = 2;
+
 /// Adds what shows on a wall where its neighbour is lower: a strip over a flue, and small windows.
 fn firewall(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize, height: f32) {
     let Frame { turn, foot, half } = Frame::of_box(half, side);
@@ -311,17 +314,24 @@ fn firewall(builder: &mut MeshBuilder, look: &Look, half: [f32; 2], side: usize,
     let flue = half * random.between(-0.6, 0.6);
     builder.tinted(wall.material, dim(wall.rgb, 1.06));
     rect(builder, [flue - 0.45, flue + 0.45], [0.0, height], 0.011);
-    let x = half * random.between(-0.8, 0.8);
-    if x.abs() > half - 0.8 || (x - flue).abs() < 1.0 {
-        return;
-    }
-    let mut sill = SHOP_M + 1.1;
-    while sill + 1.0 < height {
-        look.frame().apply(builder);
-        rect(builder, [x - 0.42, x + 0.42], [sill - 0.06, sill + 1.06], 0.012);
-        builder.tinted(Material::Glass, [30, 34, 38]);
-        rect(builder, [x - 0.36, x + 0.36], [sill, sill + 1.0], 0.024);
-        sill += FLOOR_M;
+    let mut columns = vec![flue];
+    for _ in 0..FIREWALL_COLUMNS {
+        let x = half * random.between(-0.8, 0.8);
+        if x.abs() > half - 0.8 || columns.iter().any(|other| (x - other).abs() < 1.3) {
+            continue;
+        }
+        columns.push(x);
+        let mut sill = SHOP_M + 1.1;
+        while sill + 1.0 < height {
+            let glass = [26.0, 30.0, 35.0].map(|c| (c + random.between(0.0, 14.0)) as u8);
+            look.frame().apply(builder);
+            rect(builder, [x - 0.42, x + 0.42], [sill - 0.06, sill + 1.06], 0.012);
+            builder.tinted(Material::Glass, glass);
+            rect(builder, [x - 0.36, x + 0.36], [sill, sill + 1.0], 0.024);
+            look.trim().apply(builder);
+            roof::sill(builder, (turn, foot), [x - 0.5, x + 0.5], sill - 0.06);
+            sill += FLOOR_M;
+        }
     }
 }
 

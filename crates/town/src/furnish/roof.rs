@@ -3,7 +3,11 @@
 use glam::{Quat, Vec3, vec3};
 use mesh::{Material, RandomStream};
 
-use crate::{furnish::facade::Look, mesh_builder::MeshBuilder, static_world::Detail};
+use crate::{
+    furnish::facade::{Frame, Look},
+    mesh_builder::MeshBuilder,
+    static_world::Detail,
+};
 
 /// What covers a pitched roof and its gables.
 pub(super) struct Cover<'a> {
@@ -138,6 +142,11 @@ pub(super) fn pitched(
             let [a, b, c] = corners.map(|corner| builder.vertex(corner));
             builder.triangle([a, b, c]);
         }
+        if let Some(look) = cover.look {
+            for side in [1, 3] {
+                attic(builder, look, Frame::of_box([x, y], side), [eaves, ridge]);
+            }
+        }
     }
     cover.tiles(builder);
     let (ex, ey) = (x + over, y + over);
@@ -189,6 +198,64 @@ pub(super) fn pitched(
     for side in [-1.0f32, 1.0] {
         let gutter = vec3(0.0, side * (ey + 0.05), eaves - drop + 0.05);
         builder.rod(gutter - Vec3::X * ex, gutter + Vec3::X * ex, 0.07, 5);
+    }
+}
+
+/// The size of the windows of attics, the height of their sill over the eaves, and the least distance from the covering
+/// to them. Metres.
+const ATTIC_M: [f32; 2] = [0.84, 1.12];
+const ATTIC_SILL_M: f32 = 0.85;
+const ATTIC_ROOM_M: f32 = 0.35;
+/// The projection and the height of a sill. Metres.
+const SILL_M: [f32; 2] = [0.07, 0.06];
+
+/// Adds a sill with its upper edge at `z` on a wall, given by the rotation and the foot of its frame.
+pub(super) fn sill(builder: &mut MeshBuilder, (turn, foot): (Quat, Vec3), x: [f32; 2], z: f32) {
+    let [out, high] = SILL_M;
+    let at = |x: f32, out: f32, z: f32| foot + turn * vec3(x, out, z);
+    let [l, r] = [x[1], x[0]];
+    builder.quad([at(l, out, z - high), at(r, out, z - high), at(r, out, z), at(l, out, z)]);
+    builder.quad([at(l, out, z), at(r, out, z), at(r, 0.0, z), at(l, 0.0, z)]);
+    builder.quad([
+        at(l, 0.0, z - high),
+        at(r, 0.0, z - high),
+        at(r, out, z - high),
+        at(l, out, z - high),
+    ]);
+}
+
+/// Adds one or two windows to a gable between the heights of its eaves and its ridge, where they fit.
+fn attic(builder: &mut MeshBuilder, look: &Look, frame: Frame, [eaves, ridge]: [f32; 2]) {
+    let Frame { turn, foot, half } = frame;
+    let [wide, high] = ATTIC_M;
+    let low = eaves + ATTIC_SILL_M;
+    let top = low + high;
+    // The width of the gable at the heads of the windows.
+    let room = half * (ridge - top) / (ridge - eaves) - ATTIC_ROOM_M;
+    // Both gables of a building have the same windows.
+    let mut random = look.stream(0xa771c);
+    let apart = wide * random.between(0.75, 1.1);
+    let places: &[f32] = match () {
+        () if room > apart + wide * 0.5 && random.chance(0.6) => &[-1.0, 1.0],
+        () if room > wide * 0.5 => &[0.0],
+        () => return,
+    };
+    for place in places {
+        let m = place * apart;
+        let rect = |builder: &mut MeshBuilder, inset: f32, out: f32| {
+            let (x, z) =
+                ([m + wide * 0.5 - inset, m - wide * 0.5 + inset], [low + inset, top - inset]);
+            let corners = [(x[0], z[0]), (x[1], z[0]), (x[1], z[1]), (x[0], z[1])];
+            builder.quad(corners.map(|(x, z)| foot + turn * vec3(x, out, z)));
+        };
+        look.trim().apply(builder);
+        rect(builder, -0.1, 0.012);
+        sill(builder, (turn, foot), [m - wide * 0.5 - 0.12, m + wide * 0.5 + 0.12], low - 0.06);
+        look.frame().apply(builder);
+        rect(builder, 0.0, 0.018);
+        let glass = [28.0, 32.0, 38.0].map(|c| (c + random.between(0.0, 16.0)) as u8);
+        builder.tinted(Material::Glass, glass);
+        rect(builder, 0.07, 0.026);
     }
 }
 
