@@ -132,7 +132,7 @@ pub struct Scene {
     pub(crate) smooth: Vec<CornerNormals>,
     /// First triangle of the models of plants; those of the town lie before.
     pub(crate) smooth_from: u32,
-    /// Walls with windows; index 0 is [`Wall::NONE`].
+    /// Walls of façades; index 0 is [`Wall::NONE`].
     pub(crate) walls: Vec<Wall>,
     pub(crate) town_blas: Blas,
     /// Numbers of nodes, wide nodes and triangles of the town; those of the models of plants and of

@@ -41,6 +41,8 @@ pub(crate) mod pattern {
     pub(crate) const KERB: u32 = 1 << 11;
     /// Lowest bit of how much oil lies on a lane, up to 3.
     pub(crate) const OIL_SHIFT: u32 = 12;
+    /// Weathered wall of a building.
+    pub(crate) const WALL: u32 = 1 << 14;
 }
 
 /// Shading parameters that are constant over a triangle.
@@ -120,6 +122,10 @@ impl SurfaceMaterial {
         let normal = Vec3::from(triangle.edge1).cross(Vec3::from(triangle.edge2));
         let (mut along, mut up) = (Vec3::X, Vec3::Y);
         let mut pattern = parameters.z as u32;
+        if own != 0 {
+            // Façades in a colour of their own have windows of triangles.
+            pattern &= !(pattern::WINDOWS | pattern::CURTAIN);
+        }
         let flat = normal.x * normal.x + normal.y * normal.y;
         // Surfaces steeper than about 26 degrees have an upward axis.
         let bark = code == Material::Bark as usize;
@@ -375,7 +381,8 @@ pub(crate) const MATERIALS: [[[f32; 4]; 3]; Material::ALL.len()] = {
 const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const WINDOWS: f32 = pattern::WINDOWS as f32;
     const CURTAIN: f32 = pattern::CURTAIN as f32;
-    const BRICKS: f32 = pattern::BRICKS as f32;
+    const BRICKS: f32 = (pattern::BRICKS | pattern::WALL) as f32;
+    const WALL: f32 = pattern::WALL as f32;
     const SLABS: f32 = pattern::SLABS as f32;
     const TILES: f32 = pattern::TILES as f32;
     const ROAD: f32 = pattern::ROAD as f32;
@@ -406,13 +413,13 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
             [[0.26, 0.125, 0.09, 0.01], [0.7, 0.0, WINDOWS + BRICKS, 0.8], [0.12, 9.0, 0.14, 0.4]]
         }
         Material::FacadePlaster => {
-            [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS, 0.55], [0.06, 14.0, 0.07, 0.35]]
+            [[0.60, 0.53, 0.43, 0.01], [0.7, 0.0, WINDOWS + WALL, 0.55], [0.06, 14.0, 0.07, 0.35]]
         }
         Material::FacadeGlass => {
             [[0.22, 0.23, 0.24, 0.05], [0.3, 0.0, CURTAIN, 0.5], [0.05, 5.0, 0.0, 0.5]]
         }
         Material::FacadeConcrete => {
-            [[0.44, 0.43, 0.41, 0.01], [0.7, 0.0, WINDOWS, 0.4], [0.1, 9.0, 0.08, 0.4]]
+            [[0.44, 0.43, 0.41, 0.01], [0.7, 0.0, WINDOWS + WALL, 0.4], [0.1, 9.0, 0.08, 0.4]]
         }
         Material::RoofFlat => [[0.15, 0.15, 0.155, 0.02], DULL, STONE],
         Material::RoofTiles => {

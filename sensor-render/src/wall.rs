@@ -5,8 +5,8 @@ use rayon::prelude::*;
 
 use crate::triangle::Triangle;
 
-/// Plane part of a façade, on which windows are laid out: horizontal begin, width, height of its
-/// foot, and height of the wall. Metres.
+/// Plane part of a façade, on which windows are laid out and which weathers from its top and its foot:
+/// horizontal begin, width, height of its foot, and height of the wall. Metres.
 ///
 /// Horizontal positions are measured from the world's origin along the direction (−y, x) of the
 /// outward normal.
@@ -22,7 +22,7 @@ impl Wall {
 /// Plane of a wall: object, quantized x and y of its outward normal, and quantized distance.
 type Key = (u32, i32, i32, i32);
 
-/// Finds the walls that have windows, appends them to `walls` and writes each triangle's wall
+/// Finds the walls of façades, appends them to `walls` and writes each triangle's wall
 /// index.
 pub(crate) fn find_walls(triangles: &mut [Triangle], walls: &mut Vec<Wall>) {
     let found = |(at, triangle): (usize, &Triangle)| {
@@ -53,9 +53,8 @@ fn united(a: [f32; 4], b: [f32; 4]) -> [f32; 4] {
     [a[0].min(b[0]), a[1].max(b[1]), a[2].min(b[2]), a[3].max(b[3])]
 }
 
-/// Returns the plane of a triangle that is half an upright rectangle of a façade, and the
-/// horizontal direction in it. Gables return `None`, since windows in their corners would be cut
-/// off.
+/// Returns the plane of a triangle that is part of an upright façade, and the horizontal direction in it.
+/// Gables without a colour of their own return `None`, since windows in their corners would be cut off.
 fn key(triangle: &Triangle) -> Option<(Key, Vec3)> {
     const FACADES: [u8; 4] = [
         Material::FacadeBrick as u8,
@@ -63,14 +62,16 @@ fn key(triangle: &Triangle) -> Option<(Key, Vec3)> {
         Material::FacadeGlass as u8,
         Material::FacadeConcrete as u8,
     ];
-    // Façades in a colour of their own have windows of triangles.
-    if !FACADES.contains(&triangle.material()) || triangle.tint() != 0 {
+    if !FACADES.contains(&triangle.material()) {
         return None;
     }
     let [edge1, edge2] = [triangle.edge1, triangle.edge2].map(Vec3::from);
     let normal = edge1.cross(edge2).try_normalize()?;
     let upright = |edge: Vec3| edge.truncate().length() < 0.01 * edge.z.abs();
-    if normal.z.abs() > 0.01 || ![edge1, edge2, edge2 - edge1].into_iter().any(upright) {
+    // Façades in a colour of their own have windows of triangles.
+    let has_windows = triangle.tint() == 0;
+    let is_half = [edge1, edge2, edge2 - edge1].into_iter().any(upright);
+    if normal.z.abs() > 0.01 || has_windows && !is_half {
         return None;
     }
     let along = Vec3::new(-normal.y, normal.x, 0.0).try_normalize()?;

@@ -28,15 +28,8 @@ fn sharp<F: Float>(size: f32, pixel: F) -> F {
 pub(crate) fn draw<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F, dark: f32) {
     let windows = has(surfaces, pattern::WINDOWS);
     let curtain = has(surfaces, pattern::CURTAIN);
-    let bricks = has(surfaces, pattern::BRICKS);
     let slabs = has(surfaces, pattern::SLABS);
     let tiles = has(surfaces, pattern::TILES);
-    if bricks.any() {
-        let row = (surfaces.up * F::splat(1.0 / 0.075)).floor();
-        let shift = (row * F::splat(0.5) - (row * F::splat(0.5)).floor())
-            .mul_add(F::splat(0.25), surfaces.along);
-        lines(surfaces, bricks, [shift, surfaces.up], [0.25, 0.075], 0.012, [0.22, 0.5], pixel);
-    }
     if slabs.any() {
         lines(
             surfaces,
@@ -69,6 +62,45 @@ pub(crate) fn draw<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F, dark:
     if plates.any() {
         characters(surfaces, plates, pixel);
     }
+}
+
+/// Length of a brick with its joint, 250 mm as of DIN 4172, and its height, 75 mm as of British bricks of 65 mm, and
+/// width of the joint, 10 mm to 12 mm of both. Metres.
+const BRICK_M: [f32; 2] = [0.25, 0.075];
+const JOINT_M: f32 = 0.011;
+/// Share of joints in the area of a wall of such bricks.
+const JOINTS: f32 = 0.18;
+/// Albedo of old lime mortar, and what hot places of the kiln leave of the light of a brick, by colour.
+const MORTAR: glam::Vec3 = glam::Vec3::new(0.25, 0.235, 0.21);
+const BURNT: glam::Vec3 = glam::Vec3::new(0.52, 0.54, 0.64);
+/// The same of bricks that lay far from the fire.
+const PALE: glam::Vec3 = glam::Vec3::new(1.22, 1.3, 1.3);
+
+/// Draws courses of bricks, each with a brightness of its own, some of them burnt or pale, with joints of mortar.
+#[inline(always)]
+pub(crate) fn lay_bricks<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F) {
+    let mask = has(surfaces, pattern::BRICKS);
+    if !mask.any() {
+        return;
+    }
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let y = surfaces.up * F::splat(1.0 / BRICK_M[1]);
+    let row = y.floor();
+    let x = surfaces.along.mul_add(F::splat(1.0 / BRICK_M[0]), row * half - (row * half).floor());
+    let column = x.floor();
+    let edge = from_edge(x - column, BRICK_M[0]).min(from_edge(y - row, BRICK_M[1]));
+    let seen = sharp(BRICK_M[1], pixel);
+    let joint = one - cover(edge - F::splat(JOINT_M * 0.5), pixel);
+    let joint = F::splat(JOINTS).lerp(joint, seen);
+    let word = hash::<F>(column.to_int(), row.to_int(), surfaces.seed);
+    let kind = share::<F>(word * F::Word::splat(0x9e37_79b1));
+    let tone = (share::<F>(word) - half).mul_add(seen * F::splat(0.36), one);
+    let burnt = smooth(F::splat(0.82), F::splat(0.92), kind) * seen;
+    let pale = smooth(F::splat(0.18), F::splat(0.06), kind) * seen;
+    let white = V3::splat(glam::Vec3::ONE);
+    let hue = white.lerp(V3::splat(BURNT), burnt).times(white.lerp(V3::splat(PALE), pale));
+    let wall = surfaces.albedo.times(hue * tone).lerp(V3::splat(MORTAR), joint);
+    surfaces.albedo = wall.or(mask, surfaces.albedo);
 }
 
 /// Draws the characters and the edge of number plates.
@@ -172,7 +204,7 @@ fn panes<F: Float>(
     // Some windows have curtains.
     let cloth = smooth(F::splat(0.55), F::splat(0.95), tone).lerp(F::splat(0.2), blurred);
     let glass = V3::splat(glam::Vec3::new(0.02, 0.026, 0.03))
-        .lerp(V3::splat(glam::Vec3::new(0.30, 0.28, 0.25)), cloth);
+        .lerp(V3::splat(glam::Vec3::new(0.25, 0.235, 0.21)), cloth);
     let white = V3::splat(glam::Vec3::splat(0.5)).lerp(surfaces.albedo, F::splat(0.3));
     surfaces.albedo = surfaces.albedo.lerp(white, frame).lerp(glass, pane);
     surfaces.specular = surfaces.specular.lerp(F::splat(0.09), pane);

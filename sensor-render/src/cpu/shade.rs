@@ -282,6 +282,7 @@ impl Shade<'_> {
         surfaces.apply_grain(long);
         if (!surfaces.pattern.eq(F::Word::splat(0))).any() {
             let pixel = (pixel * long).sqrt();
+            pattern::lay_bricks(&mut surfaces, pixel);
             if DETAILED {
                 wear::apply(&mut surfaces, pixel);
             }

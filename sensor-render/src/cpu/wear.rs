@@ -28,9 +28,9 @@ pub(crate) fn apply<F: Float>(surfaces: &mut SurfaceMaterials<F>, pixel: F) {
     if walked.any() {
         soil(surfaces, walked, pixel);
     }
-    let wall = has(surfaces, pattern::WINDOWS);
+    let wall = has(surfaces, pattern::WALL);
     if wall.any() {
-        weather_wall(surfaces, wall);
+        weather_wall(surfaces, wall, pixel);
     }
 }
 
@@ -221,19 +221,72 @@ fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     surfaces.albedo = surfaces.albedo.times(tint).or(mask, surfaces.albedo);
 }
 
-/// Darkens walls by streaks of rain water and by splashes above the ground.
+/// What soot and algae leave of the light of a wall, by colour: they are dark and a little green.
+const GRIME: Vec3 = Vec3::new(0.32, 0.32, 0.27);
+
+/// Soils walls by streaks of rain water below their top, by splashes above their foot, and by places of old plaster;
+/// walls without bricks have repaired places and cracks, too. Heights are metres; strengths are by eye.
 #[inline(always)]
-fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
-    let (one, word) = (F::splat(1.0), F::Word::splat(34));
-    let streaks = noise(surfaces.along * F::splat(1.6), surfaces.height * F::splat(0.13), word);
-    let streaks = smooth(F::splat(0.45), F::splat(0.9), streaks) * F::splat(0.14);
-    let [_, _, low, _] = surfaces.wall;
-    let splash = smooth(F::splat(1.3), F::splat(0.0), surfaces.height - low) * F::splat(0.3);
-    // Old plaster and repainted places.
+fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
     let (x, y) = (surfaces.along, surfaces.height);
-    let places =
-        noise_of(x, y, 0.21, 40).mul_add(F::splat(0.6), noise_of(x, y, 1.3, 41) * F::splat(0.4));
-    let places = (places - F::splat(0.5)).mul_add(F::splat(0.16), one);
-    let wave = (one - streaks) * (one - splash) * places;
-    surfaces.albedo = surfaces.albedo * wave.or(mask, one);
+    let [_, _, low, high] = surfaces.wall;
+    let above = y - low;
+    let below = high - above;
+    // Some buildings were painted lately.
+    let age = part::<F>(surfaces.seed, 0x9e37_79b1).mul_add(F::splat(0.8), F::splat(0.5));
+    let fine = noise(x * F::splat(2.9), y * F::splat(0.11), F::Word::splat(34));
+    let wide = noise(x * F::splat(0.55), y * F::splat(0.06), F::Word::splat(45));
+    let runs = smooth(F::splat(0.4), F::splat(0.74), fine.lerp(wide, F::splat(0.35)));
+    let near_top = smooth(F::splat(5.0), F::splat(0.2), below);
+    let streaks = runs * near_top.mul_add(F::splat(0.36), F::splat(0.2));
+    let spots = noise_of(x, y, 2.9, 47);
+    let reach = noise_of(x, y, 0.6, 46).mul_add(F::splat(1.7), F::splat(0.5));
+    let splashes =
+        smooth(reach, F::splat(0.0), above) * spots.mul_add(F::splat(0.45), F::splat(0.4));
+    let grime = (one - (one - streaks * age) * (one - splashes * age)).clamp01();
+    let tone = V3::splat(Vec3::ONE).lerp(V3::splat(GRIME), grime);
+    let places = noise_of(x, y, 0.21, 40).mul_add(
+        F::splat(0.5),
+        noise_of(x, y, 1.3, 41).mul_add(F::splat(0.3), spots * F::splat(0.2)),
+    );
+    let mut wave = ((places - half) * age).mul_add(F::splat(0.44), one);
+    let plain = mask & !has(surfaces, pattern::BRICKS);
+    if plain.any() {
+        wave = wave * plaster(surfaces, age, pixel).or(plain, one);
+    }
+    surfaces.albedo = surfaces.albedo.times(tone * wave).or(mask, surfaces.albedo);
+}
+
+/// Returns the brightness of plaster by its repairs, rectangles in one of ten cells, and by its cracks.
+#[inline(always)]
+fn plaster<F: Float>(surfaces: &SurfaceMaterials<F>, age: F, pixel: F) -> F {
+    let (one, half) = (F::splat(1.0), F::splat(0.5));
+    let (x, y) = (surfaces.along, surfaces.height);
+    let cell = [4.1f32, 2.9];
+    let (u, v) = (x * F::splat(1.0 / cell[0]), y * F::splat(1.0 / cell[1]));
+    let (column, row) = (u.floor(), v.floor());
+    let word = hash::<F>(column.to_int(), row.to_int(), surfaces.seed);
+    let (across, upward) = (part::<F>(word, 0x85eb_ca6b), part::<F>(word, 0xc2b2_ae35));
+    let right = (u - column - across.mul_add(F::splat(0.4), F::splat(0.3))) * F::splat(cell[0]);
+    let over = (v - row - upward.mul_add(F::splat(0.4), F::splat(0.3))) * F::splat(cell[1]);
+    let size = part::<F>(word, 0x27d4_eb2f);
+    // Trowels leave uneven edges.
+    let uneven = (noise_of(x, y, 3.7, 48) - half) * F::splat(0.22);
+    let inside = (size.mul_add(F::splat(0.7), F::splat(0.35)) - right.abs())
+        .min(across.mul_add(F::splat(0.4), F::splat(0.3)) - over.abs());
+    let is_repaired = part::<F>(word, 0x9e37_79b1).lt(F::splat(0.1));
+    let repair = cover(inside + uneven, pixel).or(is_repaired, F::splat(0.0));
+    let wave = (repair * upward.mul_add(F::splat(0.26), F::splat(-0.15))).mul_add(one, one);
+    let near = pixel.lt(F::splat(0.03));
+    if !near.any() {
+        return wave;
+    }
+    let old = smooth(F::splat(0.5), F::splat(0.66), noise_of(x, y, 0.13, 49)) * age;
+    let to_x = (noise_of(x, y, 1.9, 50) - half) * F::splat(0.7);
+    let to_y = (noise_of(x, y, 1.9, 51) - half) * F::splat(0.7);
+    let crack = noise_of(x + to_x, y + to_y, 0.5, 52) - half;
+    // Where the noise passes its middle it changes by about 0.7 per metre.
+    let crack = line(crack.abs() * F::splat(1.0 / 0.7), 0.005, pixel) * old;
+    wave * crack.or(near, F::splat(0.0)).mul_add(F::splat(-0.5), one)
 }

@@ -11,11 +11,6 @@ fn draw(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let pattern = (*surface).pattern;
     let along = (*surface).along;
     let up = (*surface).up;
-    if ((pattern & 4u) != 0u) {
-        let row = floor(up * (1.0 / 0.075));
-        let shift = (row * 0.5 - floor(row * 0.5)) * 0.25 + along;
-        lines(surface, vec2f(shift, up), vec2f(0.25, 0.075), 0.012, 0.22, 0.5, pixel);
-    }
     if ((pattern & 8u) != 0u) {
         lines(surface, vec2f(along, up), vec2f(0.6, 0.6), 0.012, 0.08, -0.35, pixel);
     }
@@ -31,6 +26,34 @@ fn draw(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     if ((pattern & PLATE) != 0u) {
         draw_plate(surface, pixel);
     }
+}
+
+const BRICK_M = vec2f(0.25, 0.075);
+const JOINT_M = 0.011;
+const JOINTS = 0.18;
+const MORTAR = vec3f(0.25, 0.235, 0.21);
+const BURNT = vec3f(0.52, 0.54, 0.64);
+const PALE = vec3f(1.22, 1.3, 1.3);
+
+fn lay_bricks(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
+    if (((*surface).pattern & 4u) == 0u) {
+        return;
+    }
+    let y = (*surface).up * (1.0 / BRICK_M.y);
+    let row = floor(y);
+    let x = (*surface).along * (1.0 / BRICK_M.x) + (row * 0.5 - floor(row * 0.5));
+    let column = floor(x);
+    let edges = (0.5 - abs(vec2f(x - column, y - row) - 0.5)) * BRICK_M;
+    let seen = clamp(1.6 - pixel * (1.6 / BRICK_M.y), 0.0, 1.0);
+    let in_joint = 1.0 - cover_of(min(edges.x, edges.y) - JOINT_M * 0.5, pixel);
+    let joint = mix(JOINTS, in_joint, seen);
+    let word = hash_of(cell_of(column), cell_of(row), (*surface).seed);
+    let kind = share_of(word * 0x9e3779b1u);
+    let tone = 1.0 + (share_of(word) - 0.5) * (seen * 0.36);
+    let burnt = smoothly(0.82, 0.92, kind) * seen;
+    let pale = smoothly(0.18, 0.06, kind) * seen;
+    let hue = mix(vec3f(1.0), BURNT, burnt) * mix(vec3f(1.0), PALE, pale);
+    (*surface).albedo = mix((*surface).albedo * hue * tone, MORTAR, joint);
 }
 
 fn lines(
@@ -71,7 +94,7 @@ fn panes(surface: ptr<function, SurfaceMaterial>, cell_size: vec2f, half: vec2f,
     let tone = share_of(word);
     let lit = share_of(word * 0x9e3779b1u);
     let cloth = mix(smoothly(0.55, 0.95, tone), 0.2, blurred);
-    let glass = mix(vec3f(0.02, 0.026, 0.03), vec3f(0.30, 0.28, 0.25), cloth);
+    let glass = mix(vec3f(0.02, 0.026, 0.03), vec3f(0.25, 0.235, 0.21), cloth);
     let white = mix(vec3f(0.5), (*surface).albedo, 0.3);
     (*surface).albedo = mix(mix((*surface).albedo, white, edge), glass, pane);
     (*surface).specular = mix((*surface).specular, 0.09, pane);

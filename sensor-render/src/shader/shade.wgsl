@@ -115,6 +115,7 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
     var surface = surface_material_of(hit, at);
     apply_grain(&surface, long);
     if (surface.pattern != 0u) {
+        lay_bricks(&surface, sqrt(pixel * long));
         if (SMOOTH) {
             apply_wear(&surface, sqrt(pixel * long));
         }

@@ -189,6 +189,10 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
     let normal = cross(row1.xyz, row2.xyz);
     // A worn marking lies on the ground.
     var pattern = u32(parameters.z);
+    if (tint != 0u) {
+        // Façades in a colour of their own have windows of triangles.
+        pattern &= ~3u;
+    }
     var along = vec3f(1.0, 0.0, 0.0);
     var up = vec3f(0.0, 1.0, 0.0);
     let flat_ = normal.x * normal.x + normal.y * normal.y;

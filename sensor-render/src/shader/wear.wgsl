@@ -6,7 +6,10 @@ const MARKING = 64u;
 const GRASS = 128u;
 const SLABS = 8u;
 const KERB = 2048u;
+const BRICKS = 4u;
+const WALL = 16384u;
 const WORN_PAINT = 0.1;
+const GRIME = vec3f(0.32, 0.32, 0.27);
 
 fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let pattern = (*surface).pattern;
@@ -22,8 +25,8 @@ fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     if ((pattern & (SLABS | KERB)) != 0u) {
         soil(surface, pixel);
     }
-    if ((pattern & 1u) != 0u) {
-        weather_wall(surface);
+    if ((pattern & WALL) != 0u) {
+        weather_wall(surface, pixel);
     }
 }
 
@@ -154,13 +157,53 @@ fn dry_grass(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     (*surface).albedo *= mix(lush, vec3f(1.9, 1.35, 1.25), dry) * max(shade, 0.12);
 }
 
-fn weather_wall(surface: ptr<function, SurfaceMaterial>) {
-    let streaks = noise_at((*surface).along * 1.6, (*surface).height * 0.13, 34u);
-    let splash = smoothly(1.3, 0.0, (*surface).height - (*surface).wall.z) * 0.3;
-    // Old plaster and repainted places.
+fn weather_wall(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let x = (*surface).along;
     let y = (*surface).height;
-    let places = noise_at(x * 0.21, y * 0.21, 40u) * 0.6 + noise_at(x * 1.3, y * 1.3, 41u) * 0.4;
-    (*surface).albedo *= (1.0 - smoothly(0.45, 0.9, streaks) * 0.14) * (1.0 - splash)
-        * (1.0 + (places - 0.5) * 0.16);
+    let above = y - (*surface).wall.z;
+    let below = (*surface).wall.w - above;
+    // Some buildings were painted lately.
+    let age = share_of((*surface).seed * 0x9e3779b1u) * 0.8 + 0.5;
+    let fine = noise_at(x * 2.9, y * 0.11, 34u);
+    let wide = noise_at(x * 0.55, y * 0.06, 45u);
+    let runs = smoothly(0.4, 0.74, mix(fine, wide, 0.35));
+    let streaks = runs * (smoothly(5.0, 0.2, below) * 0.36 + 0.2);
+    let spots = noise_at(x * 2.9, y * 2.9, 47u);
+    let reach = noise_at(x * 0.6, y * 0.6, 46u) * 1.7 + 0.5;
+    let splashes = smoothly(reach, 0.0, above) * (spots * 0.45 + 0.4);
+    let grime = clamp(1.0 - (1.0 - streaks * age) * (1.0 - splashes * age), 0.0, 1.0);
+    let places = noise_at(x * 0.21, y * 0.21, 40u) * 0.5 + noise_at(x * 1.3, y * 1.3, 41u) * 0.3
+        + spots * 0.2;
+    var wave = 1.0 + (places - 0.5) * age * 0.44;
+    if (((*surface).pattern & BRICKS) == 0u) {
+        wave *= plaster(surface, age, pixel);
+    }
+    (*surface).albedo *= mix(vec3f(1.0), GRIME, grime) * wave;
+}
+
+// Brightness of plaster by its repairs and cracks.
+fn plaster(surface: ptr<function, SurfaceMaterial>, age: f32, pixel: f32) -> f32 {
+    let x = (*surface).along;
+    let y = (*surface).height;
+    let cell = vec2f(4.1, 2.9);
+    let cells = vec2f(x, y) * (1.0 / cell);
+    let at = floor(cells);
+    let word = hash_of(cell_of(at.x), cell_of(at.y), (*surface).seed);
+    let place = vec2f(share_of(word * 0x85ebca6bu), share_of(word * 0xc2b2ae35u));
+    let apart = abs(cells - at - (0.3 + 0.4 * place)) * cell;
+    let size = share_of(word * 0x27d4eb2fu);
+    // Trowels leave uneven edges.
+    let uneven = (noise_at(x * 3.7, y * 3.7, 48u) - 0.5) * 0.22;
+    let inside = min(0.35 + 0.7 * size - apart.x, 0.3 + 0.4 * place.x - apart.y);
+    let is_repaired = share_of(word * 0x9e3779b1u) < 0.1;
+    let repair = select(0.0, cover_of(inside + uneven, pixel), is_repaired);
+    let wave = 1.0 + repair * (place.y * 0.26 - 0.15);
+    if (pixel >= 0.03) {
+        return wave;
+    }
+    let old = smoothly(0.5, 0.66, noise_at(x * 0.13, y * 0.13, 49u)) * age;
+    let right = x + (noise_at(x * 1.9, y * 1.9, 50u) - 0.5) * 0.7;
+    let over = y + (noise_at(x * 1.9, y * 1.9, 51u) - 0.5) * 0.7;
+    let crack = noise_at(right * 0.5, over * 0.5, 52u) - 0.5;
+    return wave * (1.0 - 0.5 * line_of(abs(crack) * (1.0 / 0.7), 0.005, pixel) * old);
 }

@@ -359,3 +359,53 @@ fn a_lit_sign_is_darker_than_a_head_lamp_and_a_cover_than_both() {
     let cover = shown(Material::Glass, 1);
     assert!(head > sign + 60 && head > cover + 60, "{head} {sign} {cover}");
 }
+
+/// Returns the image of a wall in the shade at x = 6, 12 m high from this foot, of a material in a colour.
+fn shaded_wall(material: Material, rgb: [u8; 3], foot: f32) -> Image {
+    let mut mesh = Mesh::default();
+    let face = Face { tint: Face::tint(rgb), ..Face::new(Tag::Building, material, 3) };
+    block(&mut mesh, [6., -30., foot], [9., 30., foot + 12.], face);
+    let scene = Scene::new(&mesh, &[]).unwrap();
+    let mut world = world_with(&scene, &[]);
+    world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+    agreed(&scene, &world, at_quality(quality::STANDARD))
+}
+
+#[test]
+fn coloured_walls_are_dirty_above_their_foot_and_below_their_top_wherever_those_are() {
+    // The camera is 1 m above z = 0, and a row of pixels 0.19 m high.
+    let row = |image: &Image, z: f32| {
+        let row = (31.5 - (z - 1.0) * (32.0 / 6.0)).round() as usize;
+        let pixels = &image[row * 64..][..64];
+        pixels.iter().map(|pixel| f32::from(pixel[1])).sum::<f32>() / 64.0
+    };
+    for foot in [-4.5, -2.0] {
+        let image = shaded_wall(Material::FacadePlaster, [190, 186, 180], foot);
+        let (low, middle) = (row(&image, foot + 0.2), row(&image, foot + 3.5));
+        assert!(low < middle - 6.0, "foot at {foot}: {low} {middle}");
+    }
+    let image = shaded_wall(Material::FacadePlaster, [190, 186, 180], -7.5);
+    let (high, middle) = (row(&image, 4.1), row(&image, -2.0));
+    assert!(high < middle - 1.0, "{high} {middle}");
+}
+
+#[test]
+fn brick_walls_have_joints_of_another_hue() {
+    let mut mesh = Mesh::default();
+    let face = Face {
+        tint: Face::tint([142, 78, 60]),
+        ..Face::new(Tag::Building, Material::FacadeBrick, 3)
+    };
+    block(&mut mesh, [1.2, -9., -3.], [2., 9., 9.], face);
+    let scene = Scene::new(&mesh, &[]).unwrap();
+    let mut world = world_with(&scene, &[]);
+    world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+    // A pixel is 5 mm wide.
+    let spec = SensorSpec { fov_rad: 0.25, ..at_quality(quality::STANDARD) };
+    let image = agreed(&scene, &world, spec);
+    let mut redness: Vec<f32> =
+        image.iter().map(|pixel| f32::from(pixel[0]) / f32::from(pixel[2].max(1))).collect();
+    redness.sort_by(f32::total_cmp);
+    let [low, high] = [0.05, 0.95].map(|share| redness[(redness.len() as f32 * share) as usize]);
+    assert!(high > 1.5 * low, "red over blue from {low} to {high}");
+}
