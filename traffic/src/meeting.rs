@@ -2,7 +2,8 @@
 //! both overlap, they pass one after the other.
 //!
 //! A vehicle that is in the overlap goes first; else one that could not stop before it, if the other
-//! one can; else the one with the lower actor id. The other one stops before the whole way of the
+//! one can; else the one with the lower actor id. Of two that are in each other's way already, one that
+//! waits at a line yields: it cannot go yet. The other one stops before the whole way of the
 //! first, so that it stands in no place that the first still has to sweep over. All is decided for
 //! both at once, so that they never disagree.
 
@@ -128,8 +129,7 @@ fn yielding(
     let apart_m = to.truncate().length();
     let have_passed = to.truncate().dot(agents.forward[both[0]]) < 0.0
         && to.truncate().dot(agents.forward[both[1]]) > 0.0;
-    if speeds_mps.iter().all(|&mps| mps < MOVING_MPS)
-        || apart_m > NEAR_M + NEAR_S * (speeds_mps[0] + speeds_mps[1])
+    if apart_m > NEAR_M + NEAR_S * (speeds_mps[0] + speeds_mps[1])
         || to.z.abs() > 3.0
         || have_passed
     {
@@ -160,15 +160,16 @@ fn yielding(
     let yields = match first.map(|step| step == 0) {
         [true, false] => 1,
         [false, true] => 0,
-        [true, true] => later_id(vehicles, rows),
-        [false, false] => before_overlap(vehicles, rows, speeds_mps, enters_m),
+        [true, true] => in_overlap(vehicles, rows),
+        [false, false] => before_overlap(vehicles, rows, speeds_mps, enters_m)?,
     };
     let other = both[1 - yields];
     let stop_m = (enters_m[yields] - STEP_M).max(0.0);
     let own = agents.driven[rows[yields]] as usize;
     let towards = (agents.position[other] - agents.position[own]).truncate();
     // It waits in its lane, which is no reason to drive back, unless the other one cannot pass.
-    let aligned = if first[yields] == 0 { -1.0 } else { 1.0 };
+    let is_in_way = first[yields] == 0 && !waits_at_line(&vehicles[rows[yields]]);
+    let aligned = if is_in_way { -1.0 } else { 1.0 };
     Some(Obstacle {
         row: rows[yields],
         leader: Leader { gap_m: stop_m, speed_mps: 0.0, agent: other as u32, aligned },
@@ -176,28 +177,45 @@ fn yielding(
     })
 }
 
-/// Returns which of two rows yields before the overlap of their ways.
+/// Returns which of two rows yields before the overlap of their ways; `None` if both stand, since either
+/// may find its way free first.
 fn before_overlap(
     vehicles: &VehicleTable,
     rows: [usize; 2],
     speeds_mps: [f32; 2],
     enters_m: [f32; 2],
-) -> usize {
+) -> Option<usize> {
     // One that stands waits for something else; the other one may pass it meanwhile.
-    for side in [0, 1] {
-        if speeds_mps[side] < MOVING_MPS {
-            return side;
-        }
+    match speeds_mps.map(|mps| mps < MOVING_MPS) {
+        [true, false] => return Some(0),
+        [false, true] => return Some(1),
+        [true, true] => return None,
+        [false, false] => {}
     }
     let can_stop = [0, 1].map(|side| {
         let room_m = (enters_m[side] - STEP_M).max(0.0);
         speeds_mps[side] * speeds_mps[side] <= 2.0 * BRAKE_MPS2 * room_m
     });
-    match can_stop {
+    Some(match can_stop {
+        [true, false] => 0,
+        [false, true] => 1,
+        _ => later_id(vehicles, rows),
+    })
+}
+
+/// Returns which of two rows yields that are in each other's way already: one that waits at a line, until it
+/// is granted a reservation; else the one with the higher actor id.
+fn in_overlap(vehicles: &VehicleTable, rows: [usize; 2]) -> usize {
+    match rows.map(|row| waits_at_line(&vehicles[row])) {
         [true, false] => 0,
         [false, true] => 1,
         _ => later_id(vehicles, rows),
     }
+}
+
+/// Returns whether a vehicle waits for a reservation.
+fn waits_at_line(vehicle: &Vehicle) -> bool {
+    vehicle.reservation == 0 && vehicle.wait_s > 0.0
 }
 
 /// Returns which of two rows has the higher actor id.
@@ -239,4 +257,57 @@ fn touches(place: &Footprint, way: &[Footprint]) -> bool {
         step += 1 + (apart_m.max(0.0) / STRIDE_M) as usize;
     }
     false
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f32::consts::PI;
+
+    use glam::Vec3;
+
+    use super::*;
+    use crate::tests::{
+        course::{Car, Course},
+        maps,
+    };
+
+    /// Returns which of two buses yields that stand and face each other: one before a bend, with its
+    /// middle this far from it, and one in the bend, at this angle from where it begins. One of them may
+    /// wait at a line.
+    fn yields(before_m: f32, angle: f32, at_line: Option<usize>) -> Vec<usize> {
+        let bus = |position: Vec3, yaw: f32| {
+            Car { position, yaw, ..Car::default() }.built_as("vehicle.mitsubishi.fusorosa")
+        };
+        // The bend has a radius of 20 m about (60, 20).
+        let on_bend = Vec3::new(60.0 + 18.25 * angle.sin(), 20.0 - 18.25 * angle.cos(), 0.0);
+        let before = Vec3::new(60.0 - before_m, -1.75, 0.0);
+        let cars = vec![bus(before, 0.0), bus(on_bend, angle + PI)];
+        let mut course = Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, cars);
+        let actors = course.actors.clone();
+        course.tick();
+        if let Some(row) = at_line {
+            course.planner.state.vehicles[row].wait_s = 1.0;
+        }
+        let map = course.planner.map.clone();
+        let vehicles = &course.planner.state.vehicles;
+        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+        agents.read(&actors, &map.bodies);
+        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
+        let mut found = Vec::new();
+        find(vehicles, &map, &agents, &occupancy, Spread::Alone, &mut found);
+        found.iter().map(|obstacle| obstacle.row).collect()
+    }
+
+    #[test]
+    fn one_that_stands_yields_to_one_that_stands_in_its_way() {
+        assert_eq!(yields(14.0, 0.3, None), [0], "the one in the bend is in the way");
+        assert_eq!(yields(5.0, 0.9, None), [1], "the one before it has its front in the bend");
+    }
+
+    #[test]
+    fn of_two_in_each_others_way_one_that_waits_at_a_line_yields() {
+        assert_eq!(yields(5.0, 0.4, None), [1], "the later id yields");
+        assert_eq!(yields(5.0, 0.4, Some(0)), [0], "the first cannot go");
+        assert_eq!(yields(5.0, 0.4, Some(1)), [1]);
+    }
 }

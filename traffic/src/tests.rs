@@ -1,7 +1,7 @@
 //! Tests of the whole planner, which drives vehicles of a simple model.
 
 mod client_route;
-mod course;
+pub(crate) mod course;
 mod driving;
 mod flow;
 mod junctions;

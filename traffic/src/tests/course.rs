@@ -16,71 +16,71 @@ use crate::{
     tracks::NONE,
 };
 
-pub(super) const DELTA_NANOS: u64 = 50_000_000;
-pub(super) const DELTA_S: f32 = 0.05;
+pub(crate) const DELTA_NANOS: u64 = 50_000_000;
+pub(crate) const DELTA_S: f32 = 0.05;
 
 /// A vehicle of the test world: a bicycle with the slip angles of tyres in a steady curve, and a delayed
 /// drive train.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Car {
-    pub(super) position: Vec3,
-    pub(super) yaw: f32,
-    pub(super) speed: f32,
+pub(crate) struct Car {
+    pub(crate) position: Vec3,
+    pub(crate) yaw: f32,
+    pub(crate) speed: f32,
     /// Whether it stands still, without a planner.
-    pub(super) parked: bool,
+    pub(crate) parked: bool,
     /// Blueprint and dimensions, if it is not one of those that plan as cars.
-    pub(super) built: Option<(u32, Body)>,
-    pub(super) acceleration: f32,
-    pub(super) yaw_rate: f32,
-    pub(super) lateral_mps2: f32,
-    pub(super) pitch: f32,
-    pub(super) throttle: f32,
-    pub(super) brake: f32,
-    pub(super) wheels: f32,
-    pub(super) driven_m: f32,
-    pub(super) stood_s: f32,
-    pub(super) longest_stand_s: f32,
+    pub(crate) built: Option<(u32, Body)>,
+    pub(crate) acceleration: f32,
+    pub(crate) yaw_rate: f32,
+    pub(crate) lateral_mps2: f32,
+    pub(crate) pitch: f32,
+    pub(crate) throttle: f32,
+    pub(crate) brake: f32,
+    pub(crate) wheels: f32,
+    pub(crate) driven_m: f32,
+    pub(crate) stood_s: f32,
+    pub(crate) longest_stand_s: f32,
 }
 
 /// A walker of the test world: it moves as its control says.
 #[derive(Clone, Debug, Default)]
-pub(super) struct Foot {
-    pub(super) position: Vec2,
-    pub(super) velocity: Vec2,
-    pub(super) yaw: f32,
+pub(crate) struct Foot {
+    pub(crate) position: Vec2,
+    pub(crate) velocity: Vec2,
+    pub(crate) yaw: f32,
     /// Whether it stands still, without a planner.
-    pub(super) stands: bool,
+    pub(crate) stands: bool,
 }
 
 /// Half the width of a walker.
-pub(super) const FOOT_RADIUS_M: f32 = 0.22;
+pub(crate) const FOOT_RADIUS_M: f32 = 0.22;
 
 /// A map, a planner, vehicles and walkers; vehicle `n` is actor `n + 1`.
-pub(super) struct Course {
-    pub(super) network: Arc<Network>,
-    pub(super) planner: Planner,
-    pub(super) stamp: Stamp,
-    pub(super) cars: Vec<Car>,
+pub(crate) struct Course {
+    pub(crate) network: Arc<Network>,
+    pub(crate) planner: Planner,
+    pub(crate) stamp: Stamp,
+    pub(crate) cars: Vec<Car>,
     /// The blueprint of all of them; by default none, which plans as a car.
-    pub(super) vehicle_blueprint: u32,
+    pub(crate) vehicle_blueprint: u32,
     /// Walkers, whose ids follow those of the lights.
-    pub(super) feet: Vec<Foot>,
+    pub(crate) feet: Vec<Foot>,
     /// Vehicles and walkers that touched each other.
-    pub(super) hits: Vec<(usize, usize)>,
+    pub(crate) hits: Vec<(usize, usize)>,
     /// Signal and state of every light.
     lights: Vec<(u32, u32)>,
-    pub(super) actors: Vec<ActorState>,
+    pub(crate) actors: Vec<ActorState>,
     /// Pairs of vehicles that collided.
-    pub(super) collisions: Vec<(usize, usize)>,
+    pub(crate) collisions: Vec<(usize, usize)>,
     /// Vehicles whose fronts passed the line before a light, and the state of the light.
-    pub(super) crossings: Vec<(usize, u32)>,
+    pub(crate) crossings: Vec<(usize, u32)>,
     /// By vehicle: the next lane of a junction with a light, and the distance to its line.
     lines: BTreeMap<usize, (u32, f32)>,
 }
 
 impl Course {
     /// Creates a world with `count` vehicles on spawn points spread over the map.
-    pub(super) fn new(network: Arc<Network>, seed: u64, count: usize) -> Course {
+    pub(crate) fn new(network: Arc<Network>, seed: u64, count: usize) -> Course {
         let points = network.spawn_points();
         // A stride through the points spreads any count over the whole map.
         let stride = (points.len() / count.max(1)).max(1);
@@ -97,7 +97,7 @@ impl Course {
         Course::with_cars(network, seed, cars)
     }
 
-    pub(super) fn with_cars(network: Arc<Network>, seed: u64, cars: Vec<Car>) -> Course {
+    pub(crate) fn with_cars(network: Arc<Network>, seed: u64, cars: Vec<Car>) -> Course {
         let lights = (0..network.signals().len() as u32)
             .filter(|&signal| network.signals()[signal as usize].dynamic)
             .map(|signal| (signal, light::RED))
@@ -121,18 +121,18 @@ impl Course {
     }
 
     /// Runs one frame: plans on the snapshot, moves the vehicles, and takes the next snapshot.
-    pub(super) fn tick(&mut self) {
+    pub(crate) fn tick(&mut self) {
         self.tick_with(&[]);
     }
 
     /// Runs one frame with the commands of a journal.
-    pub(super) fn tick_with(&mut self, journal: &[JournalEntry]) {
+    pub(crate) fn tick_with(&mut self, journal: &[JournalEntry]) {
         self.planner.plan(DELTA_NANOS, &self.actors, journal);
         self.advance();
     }
 
     /// Runs one frame without planning.
-    pub(super) fn advance(&mut self) {
+    pub(crate) fn advance(&mut self) {
         self.watch_lines();
         for control in self.planner.controls() {
             self.cars[control.actor_id.0 as usize - 1].step(control);
@@ -154,26 +154,26 @@ impl Course {
     }
 
     /// Adds a walker on autopilot; call [`Course::snapshot`] after the last one.
-    pub(super) fn add_foot(&mut self, position: Vec2) -> ActorId {
+    pub(crate) fn add_foot(&mut self, position: Vec2) -> ActorId {
         self.feet.push(Foot { position, ..Foot::default() });
         self.foot_id(self.feet.len() - 1)
     }
 
     /// Returns the id of a walker.
-    pub(super) fn foot_id(&self, foot: usize) -> ActorId {
+    pub(crate) fn foot_id(&self, foot: usize) -> ActorId {
         ActorId((self.cars.len() + self.lights.len() + foot) as u32 + 1)
     }
 
     /// Returns what a light shows.
-    pub(super) fn light(&self, signal: u32) -> u32 {
+    pub(crate) fn light(&self, signal: u32) -> u32 {
         self.lights.iter().find(|light| light.0 == signal).expect("a light of the map").1
     }
 
-    pub(super) fn time_s(&self) -> f32 {
+    pub(crate) fn time_s(&self) -> f32 {
         self.stamp.sim_time_nanos as f32 * 1e-9
     }
 
-    pub(super) fn snapshot(&mut self) {
+    pub(crate) fn snapshot(&mut self) {
         self.actors.clear();
         for (index, car) in self.cars.iter().enumerate() {
             let forward = Vec2::from_angle(car.yaw);
@@ -298,7 +298,7 @@ impl Course {
     }
 
     /// Returns the OpenDRIVE id of the road that a vehicle's planner follows.
-    pub(super) fn road_of(&self, car: usize) -> String {
+    pub(crate) fn road_of(&self, car: usize) -> String {
         let vehicle_plan = self.planner.vehicle_plans().nth(car).expect("the vehicle is on a road");
         let road = self.network.lane(LaneIndex(vehicle_plan.lane.0)).road;
         self.network.roads()[road as usize].id.clone()
@@ -307,12 +307,12 @@ impl Course {
 
 impl Car {
     /// Returns the vehicle built as a blueprint.
-    pub(super) fn built_as(self, id: &str) -> Car {
+    pub(crate) fn built_as(self, id: &str) -> Car {
         let (blueprint, _) = town::blueprint(id).expect("a blueprint of the catalogue");
         Car { built: Some((blueprint, Bodies::from_catalogue().of(blueprint))), ..self }
     }
 
-    pub(super) fn body(&self) -> Body {
+    pub(crate) fn body(&self) -> Body {
         self.built.map_or(CAR, |built| built.1)
     }
 
