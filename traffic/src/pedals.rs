@@ -24,6 +24,8 @@ const ACCEL_INTEGRAL_MAX: f32 = 2.5;
 const CREEP_MPS: f32 = 1.5;
 /// Least brake of a vehicle that stops from below [`CREEP_MPS`].
 const CREEP_BRAKE: f32 = 0.8;
+/// Target acceleration from which on down a vehicle brakes: what its engine lacked before does not count.
+const BRAKING_MPS2: f32 = -1.0;
 /// Target acceleration below which a vehicle is stopping.
 const FIRM_MPS2: f32 = -1.8;
 
@@ -60,6 +62,10 @@ pub(crate) fn press(
     // braking.
     let full = THROTTLE_MPS2 / (1.0 + speed.max(0.0) / THROTTLE_HALF_MPS);
     *accel_integral = accel_integral.min((full - target - resistance).max(0.0));
+    if target < BRAKING_MPS2 {
+        // An engine weaker than the assumed one, as a cyclist is, has filled the integral.
+        *accel_integral = accel_integral.min(0.0);
+    }
     let push = target + *accel_integral + resistance;
     if push >= 0.0 && !firm {
         Pedals { throttle: (push / full).min(1.0), brake: 0.0 }
@@ -130,6 +136,18 @@ mod tests {
         }
         let pedals = press(-3.0, 0.3, 10.0, 0.0, 0.05, &mut accel_integral);
         assert!(pedals.brake > 0.3, "{pedals:?}");
+    }
+
+    #[test]
+    fn a_weak_engine_does_not_delay_braking() {
+        // A cyclist reaches a constant speed with half of the pedal that the planner assumes for it.
+        let mut accel_integral = 0.0;
+        for _ in 0..400 {
+            let pedals = press(0.3, 0.0, 4.9, 0.0, 0.05, &mut accel_integral);
+            assert_eq!(pedals.brake, 0.0);
+        }
+        let pedals = press(-2.0, 0.0, 4.9, 0.0, 0.05, &mut accel_integral);
+        assert!(pedals.brake > 0.2, "{pedals:?}");
     }
 
     #[test]
