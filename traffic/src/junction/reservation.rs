@@ -72,7 +72,6 @@ impl Junctions {
         }
         vehicles[row].reservation_end =
             vehicles[row].route.lanes_passed.wrapping_add(request.to as u32);
-        vehicles[row].wait_s = 0.0;
         vehicles[row].reservation_idle_s = 0.0;
         let lanes = vehicles[row].route.lanes();
         if let Some(&exit) = lanes.get(request.to) {
@@ -193,6 +192,10 @@ pub(super) fn expire(vehicle: &mut Vehicle, row: usize, view: &View) {
     }
     let is_standing =
         view.agents.velocity[view.agents.driven[row] as usize].length_squared() < 0.25;
+    if !is_standing {
+        // Not when it is granted: the light may turn red before the vehicle has started.
+        vehicle.wait_s = 0.0;
+    }
     let is_used = vehicle.reservation == 0 || !is_standing;
     vehicle.reservation_idle_s =
         if is_used { 0.0 } else { vehicle.reservation_idle_s + view.delta_s };

@@ -103,6 +103,33 @@ fn a_vehicle_that_was_held_up_beyond_its_line_leaves_at_red() {
     assert!(course.cars[0].position.y > 10.0, "it stands at {}", course.cars[0].position);
 }
 
+#[test]
+fn a_vehicle_whose_light_turns_red_before_it_has_started_has_waited_all_that_time() {
+    let start = before_second_crossing(-0.6, 0.0);
+    // Another one waits at the light of the crossing road.
+    let other = Car { position: Vec3::new(12.0, -1.75, 0.0), parked: true, ..Car::default() };
+    let mut course = Course::with_cars(maps::two_crossings(26.0), 3, vec![start.clone(), other]);
+    let (mut greens, mut before, mut held, mut longest_s) = (0, light::RED, false, 0.0f32);
+    while greens < 2 {
+        course.tick();
+        let now = course.light(1);
+        greens += u32::from(now == light::RED && before != light::RED);
+        before = now;
+        let vehicle = &course.planner.state.vehicles[0];
+        held |= vehicle.reservation != 0;
+        assert!(vehicle.wait_s + 0.1 > longest_s, "{} of {longest_s} s", vehicle.wait_s);
+        longest_s = longest_s.max(vehicle.wait_s);
+        course.cars[0] = start.clone();
+        course.snapshot();
+        assert!(course.time_s() < 240.0);
+    }
+    assert!(held && longest_s > 10.0, "{longest_s} s");
+    for _ in 0..20 * 120 {
+        course.tick();
+    }
+    assert_eq!(course.planner.state.vehicles[0].wait_s, 0.0, "it has passed");
+}
+
 /// Moves each vehicle that has left the junctions to where its arm begins, when there is room.
 fn begin_again(cars: &mut [Car]) {
     for index in 0..cars.len() {
