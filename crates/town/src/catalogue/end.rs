@@ -223,7 +223,7 @@ impl End<'_> {
     }
 
     /// Adds a dark opening with round corners across the middle, as wide as two half widths at its
-    /// upper and its lower edge, within a rim of a material. A lofted body has a plate of one width.
+    /// upper and its lower edge, within a rim of a material.
     pub(super) fn opening(
         &self,
         builder: &mut MeshBuilder,
