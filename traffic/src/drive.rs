@@ -7,6 +7,7 @@ use crate::{
     car_following,
     constraint::JunctionConstraint,
     drivers::Driver,
+    emergency::{self, Emergencies},
     leader::{self, Leader},
     map::Map,
     occupancy::Occupancy,
@@ -31,6 +32,7 @@ pub(crate) struct View<'a> {
     pub(crate) light_states: &'a [u32],
     /// By row: the leader on the route.
     pub(crate) leaders: &'a [Leader],
+    pub(crate) emergencies: &'a Emergencies,
     /// By row: the constraint of the next junction.
     pub(crate) constraints: &'a [JunctionConstraint],
     /// By row: the speed that curves and speed limits allow.
@@ -95,8 +97,19 @@ pub(crate) fn control(
     let seen = reaction::perceive(vehicle, leaders, leader_id, speed, driver, noise);
     let mut accel =
         car_following::accelerate(speed.max(0.0), desired, &seen, &constraint, gap_m, driver);
-    if off_track && !recover::is_free(agents, agent, 1.0, 1.0 + speed.max(0.0)) {
+    let ahead_m = recover::OFF_TRACK_FREE_M + speed.max(0.0);
+    let off_track_blocker =
+        if off_track { recover::blocker(agents, agent, 1.0, ahead_m) } else { None };
+    if off_track_blocker.is_some() {
         accel = accel.min(if speed < recover::FAST_MPS { -3.0 } else { -recover::FAST_BRAKE_MPS2 });
+    }
+    let emergency = view.emergencies.of_row(row);
+    if emergency.is_some() {
+        accel = accel.min(-emergency::FULL_BRAKE_MPS2);
+    }
+    if let Some(other) = emergency.or(off_track_blocker) {
+        // It does not go on until the other one has gone; else it drives back.
+        leader = Leader { gap_m: 0.0, speed_mps: 0.0, agent: other, aligned: 0.0 };
     }
     let lateral_mps2 = speed * agents.yaw_rate[agent];
     accel = accel.max(-agents.body[agent].brake_max_mps2(lateral_mps2));

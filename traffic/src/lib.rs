@@ -36,6 +36,7 @@ mod demand;
 mod detectors;
 mod drive;
 mod drivers;
+mod emergency;
 mod junction;
 mod lamps;
 mod lane_change;

@@ -205,6 +205,8 @@ pub(crate) struct Course<'a> {
     tracks: &'a Tracks,
     body: Body,
     cross_track: Vec2,
+    /// The part of the cross-track error that does not end.
+    kept: Vec2,
     rear: Vec2,
     forward: Vec2,
     ahead_m: f32,
@@ -221,18 +223,31 @@ impl<'a> Course<'a> {
         let (body, forward) = (agents.body[own], agents.forward[own]);
         let position = agents.position[own].truncate();
         let rear = position - forward * 0.5 * body.wheelbase_m;
-        let cross_track = Vec2::ZERO;
         let mut course = Course {
             vehicle: &vehicles[row],
             tracks,
             body,
-            cross_track,
+            cross_track: Vec2::ZERO,
+            kept: Vec2::ZERO,
             rear,
             forward,
             ahead_m: 0.0,
         };
         course.cross_track = position + forward * body.tracking_point_m() - course.line(0.0);
         course
+    }
+
+    /// As [`Course::new`], but the vehicle stays off its line by up to `kept_m`, as it does in curves,
+    /// where its tyres slip.
+    pub(crate) fn off_line(
+        vehicles: &'a VehicleTable,
+        row: usize,
+        tracks: &'a Tracks,
+        agents: &Agents,
+        kept_m: f32,
+    ) -> Course<'a> {
+        let course = Course::new(vehicles, row, tracks, agents);
+        Course { kept: course.cross_track.clamp_length_max(kept_m), ..course }
     }
 
     /// Returns the point that the tracking point aims at after `ahead_m` more metres.
@@ -249,7 +264,8 @@ impl<'a> Course<'a> {
     pub(crate) fn step(&mut self, by_m: f32) -> Footprint {
         self.ahead_m += by_m;
         let return_part = (1.0 - self.ahead_m / RETURN_M).max(0.0);
-        let lead = self.line(self.ahead_m) + self.cross_track * return_part;
+        let off_line = self.kept + (self.cross_track - self.kept) * return_part;
+        let lead = self.line(self.ahead_m) + off_line;
         self.forward = (lead - self.rear).normalize_or(self.forward);
         self.rear = lead - self.forward * self.body.axle_to_tracking_point_m();
         Footprint::of(&self.body, lead - self.forward * self.body.tracking_point_m(), self.forward)

@@ -8,6 +8,7 @@ use crate::{
     demand::Demand,
     detectors, drive,
     drivers::{Driver, Drivers},
+    emergency::Emergencies,
     junction::{self, Junctions},
     lamps, lane_change,
     leader::{self, Leader},
@@ -61,6 +62,7 @@ struct Scratch {
     occupancy: Occupancy,
     claims: Vec<(u32, u32, f32)>,
     obstacles: Vec<Obstacle>,
+    emergencies: Emergencies,
     junctions: Junctions,
     demand: Demand,
     driven_ids: Vec<u32>,
@@ -414,7 +416,8 @@ impl Planner {
         if !scratch.agents.led.is_empty() {
             let ground = map.walker_ground();
             scratch.walkers.stand(ground, &scratch.agents);
-            scratch.walkers.claims(ground, &scratch.agents, &mut scratch.claims);
+            let Scratch { walkers, agents, claims, .. } = scratch;
+            walkers.claims(&self.state.walkers, ground, agents, claims);
         }
         let agents = &scratch.agents;
         scratch.occupancy.apply_ignores(agents, &self.state.params, draws);
@@ -535,6 +538,7 @@ impl Planner {
             agents: &scratch.agents,
             occupancy: &scratch.occupancy,
             obstacles: &scratch.obstacles,
+            leaders: &scratch.leaders,
             vehicles,
             params,
             light_states: &scratch.light_states,
@@ -549,15 +553,18 @@ impl Planner {
     /// Turns the decisions into controls.
     fn drive(&mut self, delta_nanos: u64, spread: Spread) {
         let seed = self.random_seed();
-        let scratch = &self.scratch;
+        let scratch = &mut self.scratch;
         let PlannerState { vehicles, params, weather, .. } = &mut self.state;
         let (map, agents) = (&self.map, &scratch.agents);
+        let (occupancy, emergencies) = (&scratch.occupancy, &mut scratch.emergencies);
+        emergencies.find(vehicles, &map.tracks, agents, occupancy, spread);
         let view = drive::View {
             map,
             agents,
             occupancy: &scratch.occupancy,
             light_states: &scratch.light_states,
             leaders: &scratch.leaders,
+            emergencies: &scratch.emergencies,
             constraints: &scratch.junctions.constraints,
             desired_speeds: &scratch.desired_speeds,
             offsets_left_m: &scratch.offsets_left_m,

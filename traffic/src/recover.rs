@@ -13,6 +13,8 @@ const CROSS_TRACK_MAX_M: f32 = 1.3;
 const HEADING_ERROR_MAX_RAD: f32 = 0.6;
 /// Speed limit of a vehicle off its track.
 const OFF_TRACK_MPS: f32 = 3.0;
+/// Free distance ahead that a standing vehicle off its track needs.
+pub(crate) const OFF_TRACK_FREE_M: f32 = 0.4;
 /// Speed from which a vehicle off its track brakes by less: it is in a curve, or changes lanes, and
 /// would spin.
 pub(crate) const FAST_MPS: f32 = 12.0;
@@ -187,7 +189,17 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
 
 /// Returns whether no agent is within `distance_m` in front (`direction` 1) or behind (−1) of an
 /// agent.
-pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m: f32) -> bool {
+fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m: f32) -> bool {
+    blocker(agents, agent, direction, distance_m).is_none()
+}
+
+/// Returns an agent within `distance_m` in front (`direction` 1) or behind (−1) of an agent.
+pub(crate) fn blocker(
+    agents: &Agents,
+    agent: usize,
+    direction: f32,
+    distance_m: f32,
+) -> Option<u32> {
     let size = agents.body[agent];
     let forward = agents.forward[agent];
     let edge = if direction > 0.0 { size.front_m } else { size.rear_m };
@@ -195,11 +207,11 @@ pub(crate) fn is_free(agents: &Agents, agent: usize, direction: f32, distance_m:
         agents.position[agent].truncate() + forward * direction * (edge + 0.5 * distance_m);
     // A diagonal of the rectangle, and that of the other agent.
     let reach_m = distance_m + size.half_width_m + 0.2 + agents.reach_max_m;
-    agents.places.near(centre, reach_m).into_iter().all(|other| {
+    agents.places.near(centre, reach_m).into_iter().find(|&other| {
         let other = other as usize;
-        other == agent
-            || (agents.position[other].z - agents.position[agent].z).abs() > 3.0
-            || !touches(agents, other, centre, forward, 0.5 * distance_m, size.half_width_m + 0.2)
+        other != agent
+            && (agents.position[other].z - agents.position[agent].z).abs() <= 3.0
+            && touches(agents, other, centre, forward, 0.5 * distance_m, size.half_width_m + 0.2)
     })
 }
 

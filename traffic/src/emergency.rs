@@ -1,0 +1,287 @@
+//! Emergency braking: of two vehicles that would touch even if both braked, both brake in time.
+//!
+//! Leaders, reservations and obstacles keep vehicles apart along their routes. What they leave
+//! out, such as the tail of a truck that swings out when it turns, is found here from the bodies
+//! alone: as long as no two vehicles would touch if both braked from now on, they can still stop.
+
+use glam::Vec2;
+
+use crate::{
+    agents::Agents,
+    obstacles::{Course, Footprint},
+    occupancy::Occupancy,
+    spread::Spread,
+    tracks::Tracks,
+    vehicle_table::VehicleTable,
+};
+
+/// Deceleration that both are expected to reach, which heavy vehicles do on a wet road.
+const BRAKE_MPS2: f32 = 4.0;
+/// Deceleration of a vehicle that brakes: as strong as its tyres allow.
+pub(crate) const FULL_BRAKE_MPS2: f32 = 7.0;
+/// Time until a decision acts: a frame, and the build-up of the brakes.
+const DELAY_S: f32 = 0.15;
+/// Speed that a standing vehicle has at once when it starts.
+const START_MPS: f32 = 0.2;
+/// Clearance that remains, and between vehicles that are nearer already.
+const MARGIN_M: f32 = 0.04;
+const NEAR_M: f32 = 0.02;
+/// Distance from its line at which a vehicle may stay in a curve.
+const SLIP_M: f32 = 0.2;
+/// Step of the prediction.
+const STEP_S: f32 = 0.25;
+/// Speed above which vehicles are not examined: they are on roads without crossing traffic, where those
+/// ahead are leaders.
+const FAST_MPS: f32 = 15.0;
+/// Difference in height between vehicles above each other.
+const STOREY_M: f32 = 3.0;
+
+/// The vehicles that have to brake now; kept to reuse its allocations.
+#[derive(Default)]
+pub(crate) struct Emergencies {
+    /// Where vehicles would be if they braked, one place after each step; the first is that of now.
+    places: Vec<Place>,
+    /// By agent: its first place; one more entry than agents.
+    first: Vec<u32>,
+    /// The vehicles with places, ascending by their least x.
+    bounds: Vec<Bounds>,
+    /// The rows that have to brake now, ascending, each with the agent that it would touch.
+    found: Vec<(usize, u32)>,
+}
+
+/// The middle of a body, and its x axis.
+struct Place {
+    middle: Vec2,
+    forward: Vec2,
+}
+
+/// What the places of an agent are within.
+struct Bounds {
+    agent: u32,
+    low: Vec2,
+    high: Vec2,
+    /// Half the diagonal of the body.
+    radius_m: f32,
+    /// Longest way of a step.
+    stride_m: f32,
+}
+
+impl Emergencies {
+    /// Returns the agent for which a row has to brake now.
+    pub(crate) fn of_row(&self, row: usize) -> Option<u32> {
+        let nth = self.found.binary_search_by_key(&row, |&(row, _)| row).ok()?;
+        Some(self.found[nth].1)
+    }
+
+    /// Finds the vehicles that have to brake now.
+    pub(crate) fn find(
+        &mut self,
+        vehicles: &VehicleTable,
+        tracks: &Tracks,
+        agents: &Agents,
+        occupancy: &Occupancy,
+        spread: Spread,
+    ) {
+        let Emergencies { places, first, bounds, found } = self;
+        spread.ragged(agents.count(), (places, first), |agent, places| {
+            let may_touch = !agents.walks[agent] && !agents.is_prop[agent];
+            if may_touch && agents.speed(agent).abs() <= FAST_MPS {
+                push_places(vehicles, agent, tracks, agents, places);
+            }
+        });
+        let of = |agent: u32| {
+            &places[first[agent as usize] as usize..first[agent as usize + 1] as usize]
+        };
+        bounds.clear();
+        bounds.extend((0..agents.count() as u32).filter_map(|agent| {
+            let body = &agents.body[agent as usize];
+            let radius_m = 0.5 * body.length_m().hypot(2.0 * body.half_width_m) + MARGIN_M;
+            let middles = of(agent).iter().map(|place| place.middle);
+            let low = middles.clone().reduce(Vec2::min)? - radius_m;
+            let high = middles.reduce(Vec2::max)? + radius_m;
+            let stride_m = STEP_S * agents.velocity[agent as usize].length().max(START_MPS);
+            Some(Bounds { agent, low, high, radius_m, stride_m })
+        }));
+        bounds.sort_unstable_by(|a, b| a.low.x.total_cmp(&b.low.x).then(a.agent.cmp(&b.agent)));
+        spread.list(bounds.len(), found, |nth, found| {
+            let one = &bounds[nth];
+            let near = bounds[nth + 1..].iter().take_while(|other| other.low.x <= one.high.x);
+            for other in near.filter(|other| other.low.y <= one.high.y && one.low.y <= other.high.y)
+            {
+                let pair = [one, other];
+                let Some(step) = first_touch(pair, agents, of) else { continue };
+                for [own, other] in [pair, [other, one]] {
+                    // One that stands by then does not brake for the other.
+                    let brakes = step < of(own.agent).len()
+                        && is_driven(vehicles, own.agent, agents)
+                        && occupancy.reacts_to(own.agent, other.agent);
+                    let row = agents.row[own.agent as usize] as usize;
+                    found.extend(brakes.then_some((row, other.agent)));
+                }
+            }
+        });
+        found.sort_unstable();
+        found.dedup_by_key(|&mut (row, _)| row);
+    }
+}
+
+/// Returns whether this planner drives a vehicle along its route.
+fn is_driven(vehicles: &VehicleTable, agent: u32, agents: &Agents) -> bool {
+    vehicles.get(agents.row[agent as usize] as usize).is_some_and(|vehicle| {
+        vehicle.located == 1 && vehicle.u_turn == 0 && vehicle.reverse_s <= 0.0
+    })
+}
+
+/// Appends the places of a vehicle that brakes: along its route if this planner drives it, else straight on.
+fn push_places(
+    vehicles: &VehicleTable,
+    agent: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    places: &mut Vec<Place>,
+) {
+    let (at, forward) = (agents.position[agent].truncate(), agents.forward[agent]);
+    let now = Footprint::of(&agents.body[agent], at, forward);
+    places.push(Place { middle: now.middle, forward });
+    let speed_mps = agents.speed(agent);
+    if speed_mps > -START_MPS && is_driven(vehicles, agent as u32, agents) {
+        let row = agents.row[agent] as usize;
+        let mut course = Course::off_line(vehicles, row, tracks, agents, SLIP_M);
+        places.extend(steps(speed_mps.max(START_MPS)).map(|by_m| {
+            let there = course.step(by_m);
+            Place { middle: there.middle, forward: there.forward }
+        }));
+        return;
+    }
+    let (direction, mut middle) = (agents.velocity[agent].normalize_or_zero(), now.middle);
+    places.extend(steps(agents.velocity[agent].length()).map(|by_m| {
+        middle += direction * by_m;
+        Place { middle, forward }
+    }));
+}
+
+/// Returns the first step after which two vehicles touch; `None` if they do not, or touch already.
+fn first_touch<'a>(
+    pair: [&Bounds; 2],
+    agents: &Agents,
+    of: impl Fn(u32) -> &'a [Place],
+) -> Option<usize> {
+    let agent = pair.map(|bounds| bounds.agent as usize);
+    let apart_m = (agents.position[agent[0]].z - agents.position[agent[1]].z).abs();
+    let ways = pair.map(|bounds| of(bounds.agent));
+    let reach_m = pair[0].radius_m + pair[1].radius_m;
+    let stride_m = pair[0].stride_m + pair[1].stride_m;
+    let last = ways[0].len().max(ways[1].len()) - 1;
+    let (mut step, mut margin_m) = (0, MARGIN_M);
+    while step <= last && apart_m < STOREY_M {
+        let places = ways.map(|way| &way[step.min(way.len() - 1)]);
+        let gap_m = places[0].middle.distance(places[1].middle) - reach_m;
+        if gap_m > 0.0 {
+            // Nothing happens in the steps that the gap takes at least.
+            step += 1 + (gap_m / stride_m) as usize;
+            continue;
+        }
+        let [one, other] = [0, 1].map(|side| {
+            let body = &agents.body[agent[side]];
+            let half = Vec2::new(0.5 * body.length_m(), body.half_width_m);
+            Footprint { middle: places[side].middle, forward: places[side].forward, half }
+        });
+        if step == 0 && one.grown(MARGIN_M).touches(&other) {
+            margin_m = NEAR_M;
+        }
+        if one.grown(margin_m).touches(&other) {
+            return (step > 0).then_some(step);
+        }
+        step += 1;
+    }
+    None
+}
+
+/// Returns how far a vehicle that brakes drives in each step until it stands.
+fn steps(speed_mps: f32) -> impl Iterator<Item = f32> {
+    let driven_m = move |after_s: f32| {
+        let brakes_s = (after_s - DELAY_S).clamp(0.0, speed_mps / BRAKE_MPS2);
+        speed_mps * (after_s.min(DELAY_S) + brakes_s) - 0.5 * BRAKE_MPS2 * brakes_s * brakes_s
+    };
+    let duration_s = if speed_mps > 0.0 { DELAY_S + speed_mps / BRAKE_MPS2 } else { 0.0 };
+    let count = (duration_s / STEP_S).ceil() as u32;
+    (0..count)
+        .map(move |step| driven_m(STEP_S * (step + 1) as f32) - driven_m(STEP_S * step as f32))
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+    use crate::tests::{
+        course::{Car, Course as World, DELTA_S},
+        maps,
+    };
+
+    /// A car on the lane along x, this far along it and to its left, with this speed.
+    fn car(x: f32, left_m: f32, speed: f32) -> Car {
+        Car { position: Vec3::new(x, left_m - 1.75, 0.0), speed, ..Car::default() }
+    }
+
+    /// Returns the rows that brake in the first frame; parked cars have none.
+    fn braking(cars: Vec<Car>) -> Vec<usize> {
+        let mut world = World::with_cars(maps::two_way_loop(40.0, 80.0), 1, cars);
+        let actors = world.actors.clone();
+        world.tick();
+        let (map, vehicles) = (world.planner.map.clone(), &world.planner.state.vehicles);
+        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+        agents.read(&actors, &map.bodies);
+        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
+        let mut emergencies = Emergencies::default();
+        emergencies.find(vehicles, &map.tracks, &agents, &occupancy, Spread::Alone);
+        (0..vehicles.len()).filter(|&row| emergencies.of_row(row).is_some()).collect()
+    }
+
+    #[test]
+    fn a_vehicle_brakes_when_it_can_just_stop() {
+        // The tail of the parked car reaches 5 cm into the way of the other one.
+        let parked = Car { parked: true, ..car(40.0, 1.85, 0.0) };
+        let gap_m = |gap_m: f32, speed: f32| {
+            braking(vec![car(40.0 - 4.7 - gap_m, 0.0, speed), parked.clone()])
+        };
+        // From 5 m/s a vehicle stops within 3.9 m.
+        assert_eq!(gap_m(3.5, 5.0), [0]);
+        assert_eq!(gap_m(4.5, 5.0), [0; 0], "there is time");
+        assert_eq!(gap_m(3.5, 3.0), [0; 0]);
+        assert_eq!(gap_m(0.1, 0.0), [0; 0], "it may start");
+        assert_eq!(gap_m(0.06, 0.0), [0]);
+        let beside = Car { parked: true, ..car(40.0, 2.05, 0.0) };
+        assert_eq!(braking(vec![car(33.0, 0.0, 5.0), beside]), [0; 0], "15 cm remain");
+    }
+
+    #[test]
+    fn two_that_come_towards_each_other_brake_for_the_ways_of_both() {
+        let apart = |gap_m: f32| {
+            let oncoming = Car { yaw: std::f32::consts::PI, ..car(40.0 + 4.7 + gap_m, 0.0, 5.0) };
+            braking(vec![car(40.0, 0.0, 5.0), oncoming])
+        };
+        assert_eq!(apart(6.0), [0, 1]);
+        assert_eq!(apart(10.0), [0; 0]);
+    }
+
+    #[test]
+    fn a_vehicle_that_slides_off_its_line_does_not_count_on_its_return() {
+        // 5 cm remain beside the line, and 15 cm are lost already, 9 m before the other one.
+        let narrow = Car { parked: true, ..car(45.0, 1.95, 0.0) };
+        assert_eq!(braking(vec![car(31.0, 0.0, 9.0), narrow.clone()]), [0; 0]);
+        assert_eq!(braking(vec![car(31.0, 0.15, 9.0), narrow]), [0]);
+    }
+
+    #[test]
+    fn a_car_stops_before_the_tail_of_one_that_swings_out() {
+        let parked = Car { parked: true, ..car(60.0, 1.7, 0.0) };
+        let mut world =
+            World::with_cars(maps::two_way_loop(40.0, 80.0), 1, vec![car(30.0, 0.0, 8.0), parked]);
+        for _ in 0..(8.0 / DELTA_S) as usize {
+            world.tick();
+        }
+        assert!(world.collisions.is_empty());
+        assert!(world.cars[0].position.x > 50.0, "{:?}", world.cars[0].position);
+    }
+}
