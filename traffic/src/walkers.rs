@@ -89,14 +89,16 @@ impl Scratch {
 
     /// Returns the stretches of lanes that walkers on crossings are about to walk over: agent, lane,
     /// arc length. A walker that only returns to a crossing claims nothing: it may be unable to; nor
-    /// does one that stands at its end, on the sidewalk.
+    /// does one that stands at its end, on the sidewalk, or one that has given way to a
+    /// vehicle and stands.
     pub(crate) fn claims(
         &self,
+        table: &WalkerTable,
         ground: &WalkerGround,
         agents: &Agents,
         claims: &mut Vec<(u32, u32, f32)>,
     ) {
-        for (&agent, standing) in agents.led.iter().zip(&self.standing) {
+        for (row, (&agent, standing)) in agents.led.iter().zip(&self.standing).enumerate() {
             let at = agents.position[agent as usize].truncate();
             let Some((cell, near)) = *standing else { continue };
             let Some(crossing) = ground.surface.cell(cell).crossing else { continue };
@@ -106,6 +108,9 @@ impl Scratch {
             let crossing = &ground.crossings[crossing as usize];
             let along_m = (at - crossing.center).dot(crossing.axis);
             let along_mps = agents.velocity[agent as usize].dot(crossing.axis);
+            if table.gives_way(row) && along_mps.abs() < pace::SLOW_MPS {
+                continue;
+            }
             // One that stands at the end has crossed and waits for another crossing, or is about to
             // begin.
             let leaves_end = along_mps * -along_m.signum() > pace::SLOW_MPS;

@@ -200,7 +200,9 @@ fn claims_at(along_m: Option<f32>, beside_m: f32, speed_mps: f32) -> usize {
     agents.read(&[walker], &course.planner.map.bodies);
     let (mut scratch, mut claims) = (walkers::Scratch::default(), Vec::new());
     scratch.stand(ground, &agents);
-    scratch.claims(ground, &agents, &mut claims);
+    let mut table = WalkerTable::default();
+    table.retain(std::iter::once(1));
+    scratch.claims(&table, ground, &agents, &mut claims);
     claims.len()
 }
 
@@ -247,9 +249,22 @@ struct Stand {
     scratch: walkers::Scratch,
     /// The walkers that the vehicle waits for, and the directions out of its path.
     waits_for: Vec<(usize, Vec2)>,
+    /// The walker that stands right before the vehicle, as its leader.
+    leader: Option<usize>,
 }
 
 impl Stand {
+    /// Returns how many stretches of lanes the walkers claim.
+    fn claims(&mut self) -> usize {
+        self.course.snapshot();
+        let ground = self.course.planner.map.walker_ground();
+        let (mut agents, mut claims) = (Agents::default(), Vec::new());
+        agents.read(&self.course.actors, &self.course.planner.map.bodies);
+        self.scratch.stand(ground, &agents);
+        self.scratch.claims(&self.table, ground, &agents, &mut claims);
+        claims.len()
+    }
+
     /// Lets the walkers walk for a time.
     fn walk(&mut self, vehicle: Option<ActorState>, seconds: f32) {
         let map = self.course.planner.map.clone();
@@ -270,6 +285,10 @@ impl Stand {
                 Obstacle { row: 0, leader, away }
             };
             let obstacles: Vec<Obstacle> = self.waits_for.iter().map(obstacle).collect();
+            let leader = self.leader.map(|foot| agents.led[foot]);
+            let leader =
+                leader.map_or(Leader::NONE, |agent| Leader { agent, gap_m: 1.0, ..Leader::NONE });
+            let leaders = vec![leader; vehicles.len()];
             let lights = vec![light::RED; map.signals.count()];
             let view = walkers::View {
                 map: &map,
@@ -277,6 +296,7 @@ impl Stand {
                 agents: &agents,
                 occupancy: &occupancy,
                 obstacles: &obstacles,
+                leaders: &leaders,
                 vehicles: &vehicles,
                 params: &params,
                 light_states: &lights,
@@ -295,7 +315,7 @@ impl Stand {
 
     fn of(course: Course, waits_for: Vec<(usize, Vec2)>) -> Stand {
         let (table, scratch) = (WalkerTable::default(), walkers::Scratch::default());
-        Stand { course, table, scratch, waits_for }
+        Stand { course, table, scratch, waits_for, leader: None }
     }
 }
 
@@ -337,6 +357,17 @@ fn a_walker_off_the_ground_returns_to_it_before_it_steps_aside() {
 
 #[test]
 fn walkers_on_a_crossing_go_back_from_a_vehicle_in_their_way_that_waits_for_them() {
+    go_back_from_a_vehicle(false);
+}
+
+#[test]
+fn a_walker_right_before_a_vehicle_goes_back_though_it_is_beside_the_swept_path() {
+    go_back_from_a_vehicle(true);
+}
+
+/// Lets two walkers on a crossing go back from a bus on it, in whose swept path the first one is, or which
+/// follows it as its leader.
+fn go_back_from_a_vehicle(as_leader: bool) {
     let course = || town(1, 0, 0);
     let (center, axis, half_m, lane, arc_m, along_m) = {
         let course = course();
@@ -361,7 +392,9 @@ fn walkers_on_a_crossing_go_back_from_a_vehicle_in_their_way_that_waits_for_them
         on.truncate(),
         tangent.to_angle(),
     );
-    let mut stand = Stand::of(course, vec![(0, -axis)]);
+    let waits_for = if as_leader { Vec::new() } else { vec![(0, -axis)] };
+    let mut stand = Stand::of(course, waits_for);
+    stand.leader = as_leader.then_some(0);
     let routed = |stand: &mut Stand| {
         for foot in 0..2 {
             stand.table.retain(ids.iter().map(|id| id.0));
@@ -376,6 +409,9 @@ fn walkers_on_a_crossing_go_back_from_a_vehicle_in_their_way_that_waits_for_them
     }
     let back = stand.course.feet[0].position;
     stand.waits_for.clear();
+    stand.leader = None;
+    stand.walk(Some(vehicle), 1.0);
+    assert_eq!(stand.claims(), 0, "they stand and claim no lane meanwhile");
     stand.walk(None, 15.0);
     let went_m = (stand.course.feet[0].position - back).dot(axis);
     assert!(went_m > 3.0, "it goes on when the vehicle has gone: {went_m} m");

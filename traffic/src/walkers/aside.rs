@@ -4,9 +4,12 @@
 use glam::Vec2;
 
 use super::view::View;
+use crate::obstacles::across;
 
 /// Speed below which a vehicle waits. Metres per second.
 const WAITING_MPS: f32 = 0.5;
+/// Gap between a vehicle and a walker in front of it up to which it would not start.
+const BEFORE_M: f32 = 2.0;
 /// Speed with which a walker steps aside. Metres per second.
 pub(super) const ASIDE_MPS: f32 = 0.7;
 /// Distance between walkers within which one that stands hinders the other. Metres.
@@ -35,6 +38,7 @@ impl InSweptPaths {
             }
         }
         self.push_neighbours(view);
+        self.push_leaders(view);
         // Stable: of several vehicles the first counts.
         self.found.sort_by_key(|(walker, _)| *walker);
         self.waiting.sort_unstable();
@@ -56,6 +60,25 @@ impl InSweptPaths {
                 if is_in_way && stands && self.found.iter().all(|(found, _)| *found != other) {
                     self.found.push((other, away));
                 }
+            }
+        }
+    }
+
+    /// Adds walkers right before vehicles that wait for them: beside the swept path, a vehicle keeps its
+    /// distance too.
+    fn push_leaders(&mut self, view: &View<'_>) {
+        let agents = view.agents;
+        for (row, leader) in view.leaders.iter().enumerate() {
+            let vehicle = agents.driven[row];
+            if leader.gap_m < BEFORE_M
+                && agents.walks[leader.agent as usize]
+                && agents.speed(vehicle as usize).abs() < WAITING_MPS
+            {
+                let [at, walker_at] =
+                    [vehicle, leader.agent].map(|agent| agents.position[agent as usize]);
+                let to = (walker_at - at).truncate();
+                self.found.push((leader.agent, across(agents.forward[vehicle as usize], to)));
+                self.waiting.push(vehicle);
             }
         }
     }

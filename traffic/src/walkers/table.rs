@@ -63,6 +63,11 @@ impl WalkerTable {
         &mut self.rows[row]
     }
 
+    /// Returns whether a walker leaves its way to a vehicle for now.
+    pub(super) fn gives_way(&self, row: usize) -> bool {
+        self.rows[row].aside_s > 0.0
+    }
+
     pub(super) fn goal(&self, row: usize) -> u32 {
         self.rows[row].goal
     }

@@ -2,8 +2,8 @@
 
 use super::ground::WalkerGround;
 use crate::{
-    agents::Agents, map::Map, obstacles::Obstacle, occupancy::Occupancy, params::Params,
-    vehicle_table::VehicleTable,
+    agents::Agents, leader::Leader, map::Map, obstacles::Obstacle, occupancy::Occupancy,
+    params::Params, vehicle_table::VehicleTable,
 };
 
 /// What the planner of walkers reads.
@@ -14,6 +14,8 @@ pub(crate) struct View<'a> {
     pub(crate) occupancy: &'a Occupancy,
     /// What vehicles would touch if all others stood still.
     pub(crate) obstacles: &'a [Obstacle],
+    /// By row of `vehicles`: what each follows.
+    pub(crate) leaders: &'a [Leader],
     pub(crate) vehicles: &'a VehicleTable,
     pub(crate) params: &'a Params,
     /// By signal: the state that it shows.
