@@ -45,6 +45,9 @@ struct Arguments {
     wall_seconds: f64,
     #[arg(long, default_value_t = 1)]
     seed: u64,
+    /// Threads of physics and planner; the results do not depend on them.
+    #[arg(long, default_value_t = 1, value_parser = clap::builder::RangedU64ValueParser::<usize>::new().range(1..))]
+    threads: usize,
     /// Sedans only, instead of a mixture of cars, vans, trucks, buses and two-wheelers.
     #[arg(long)]
     sedans: bool,
@@ -68,6 +71,7 @@ fn main() {
     let Arguments { vehicles, walkers, seed, sedans, wide_percent, .. } = arguments;
     let cast = Cast { vehicles, walkers, seed, sedans, wide_percent };
     let mut world = World::new(Arc::new(network), &cast);
+    world.set_threads(arguments.threads);
     let mut trace = arguments.trace.as_deref().map(begin_trace);
     let begin_nanos = bus::clock::now_nanos();
     for tick in 0..u64::from(arguments.seconds) * 20 {

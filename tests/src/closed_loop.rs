@@ -150,6 +150,12 @@ impl World {
         world
     }
 
+    /// Computes on this number of threads from now on; the results do not depend on it.
+    pub fn set_threads(&mut self, threads: usize) {
+        self.sim.world_mut().set_threads(threads);
+        self.planner.set_threads(threads);
+    }
+
     /// Chooses vehicles as `omnibus collect` does: mostly cars, at shuffled spawn points.
     fn populate(&mut self, cast: &Cast) {
         let mut random = RandomStream::from_state(cast.seed);
