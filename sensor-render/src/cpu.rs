@@ -12,13 +12,14 @@ mod occlusion;
 mod overlay_raster;
 mod pattern;
 mod rain;
+mod ray_group;
 mod ray_packet;
 mod room;
 mod shade;
 mod shadow;
 mod shortlist;
-mod single_ray;
 mod sky;
+mod slabs;
 mod surface_materials;
 #[cfg(test)]
 mod tests;

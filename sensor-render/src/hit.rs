@@ -29,6 +29,7 @@ impl Hit {
         Hit { t, triangle: NONE, instance: NONE, u: 0.0, v: 0.0 }
     }
 
+    #[cfg(test)]
     pub(crate) fn is_some(&self) -> bool {
         self.triangle != NONE
     }

@@ -27,19 +27,12 @@ pub(crate) struct Lidar {
     pub(crate) elevations: Vec<[f32; 2]>,
     /// Origin and axes of each column, if the sensor moved during the sweep; else empty.
     pub(crate) places: Vec<Place>,
-    /// Columns that a packet of 16 beams spans, so that the packet is about as wide as high: 1, 2,
-    /// 4, 8 or 16.
-    pub(crate) packet_columns: u32,
-    /// Whether neighbouring beams are so far apart that each is traced separately.
-    pub(crate) is_coarse: bool,
+    /// Columns that a group of 16 beams spans, so that it is about as wide as high: 1, 2, 4, 8 or 16.
+    pub(crate) group_columns: u32,
     pub(crate) receiver: Receiver,
     /// What a pulse meets besides the first surface on its axis; `None`: nothing.
     pub(crate) echoes: Option<Echoes>,
 }
-
-/// Angle between neighbouring beams, the geometric mean of both directions, from which on most boxes between the
-/// beams of a packet are hit by none of them. Radians.
-const COARSE_RAD: f64 = 0.008;
 
 /// Position of the sensor and rotation of `world_from_sensor` at the time of a column.
 #[derive(Clone, Copy, Debug)]
@@ -82,10 +75,8 @@ impl Lidar {
         let step_up_rad = ((upper - lower) / last).abs().max(1e-9);
         let ratio = (16.0 * step_up_rad / sweep.step_rad.abs().max(1e-9)).sqrt();
         let fit = ratio.log2().round().clamp(0.0, 4.0) as u32;
-        let apart = (step_up_rad * sweep.step_rad.abs()).sqrt();
         Lidar {
-            is_coarse: apart > COARSE_RAD,
-            packet_columns: (1 << fit).max(16u32.div_ceil(spec.height.next_power_of_two()).min(16)),
+            group_columns: (1 << fit).max(16u32.div_ceil(spec.height.next_power_of_two()).min(16)),
             columns: spec.width,
             channels: spec.height,
             origin: pose.position(),
@@ -156,8 +147,8 @@ impl Lidar {
                 }
             })
             .collect();
-        // The rays of a packet have one origin.
-        self.packet_columns = 1;
+        // The rays of a group have one place.
+        self.group_columns = 1;
     }
 }
 

@@ -78,18 +78,4 @@ impl<F: Float> SurfaceSample<F> {
         }
         sample
     }
-
-    /// Returns `self` where the mask is set, else `other`.
-    #[inline(always)]
-    pub(crate) fn or(&self, mask: F::Mask, other: &Self) -> Self {
-        SurfaceSample {
-            hit: self.hit & mask | other.hit & !mask,
-            t: self.t.or(mask, other.t),
-            face: self.face.or(mask, other.face),
-            id: self.id.or(mask, other.id),
-            normal: self.normal.or(mask, other.normal),
-            color: self.color.or(mask, other.color),
-            lights: self.lights.or(mask, other.lights),
-        }
-    }
 }

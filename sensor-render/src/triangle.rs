@@ -23,12 +23,6 @@ impl Triangle {
         self.face as u8
     }
 
-    /// Returns its words as numbers: corner and edges begin at 0, 4 and 8.
-    #[inline(always)]
-    pub(crate) fn floats(&self) -> &[f32; 12] {
-        bytemuck::cast_ref(self)
-    }
-
     /// Returns the three corners.
     pub(crate) fn corners(&self) -> [Vec3; 3] {
         let [corner, edge1, edge2] = [self.corner, self.edge1, self.edge2].map(Vec3::from);

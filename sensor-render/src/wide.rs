@@ -3,7 +3,7 @@ use glam::Vec3;
 
 use crate::bvh::{Box3, Link, Node};
 
-/// Node with eight children, for packets of rays. The rows of `bounds` are low x, high x, low y,
+/// Node with eight children, for packets and groups of rays. The rows of `bounds` are low x, high x, low y,
 /// high y, low z, high z, each for all children.
 ///
 /// Unused children are [`Link::EMPTY`] with a box that no ray hits.
@@ -39,8 +39,14 @@ impl WideNode {
         &bytemuck::cast_ref::<WideNode, [[f32; 8]; 8]>(self)[number & 7]
     }
 
-    /// Returns a node with two children, each with its box.
-    pub(crate) fn join(children: [(Link, Box3); 2]) -> WideNode {
+    /// Returns the bounds of a child: low x, high x, low y, high y, low z, high z.
+    #[inline(always)]
+    pub(crate) fn sides(&self, child: usize) -> [f32; 6] {
+        self.bounds.map(|row| row[child & 7])
+    }
+
+    /// Returns a node with up to eight children, each with its box.
+    pub(crate) fn join<const N: usize>(children: [(Link, Box3); N]) -> WideNode {
         let mut node = WideNode::EMPTY;
         for (slot, (link, (low, high))) in children.into_iter().enumerate() {
             node.set_child(slot, &Child { link, low, high }, link);

@@ -68,32 +68,9 @@ impl Beam {
         Beam::with_axis(planes, axis, -axis.dot(origin) - slack)
     }
 
-    /// Returns the beam of parallel rays. The near side of a box, measured against the direction,
-    /// is at most 0 where the box reaches in front of an origin.
-    #[inline(always)]
-    pub(crate) fn parallel<F: Float>(
-        origins: &[V3<F>],
-        active: &[F::Mask],
-        direction: Vec3,
-        reach: f32,
-    ) -> Beam {
-        let mut planes = [Plane::OPEN; 6];
-        let slack = ROUNDING * reach;
-        for (pair, [i, j]) in PAIRS.into_iter().enumerate() {
-            let (a, b) = (-direction[j], direction[i]);
-            let (least, most) = spread(origins, active, [i, j], [a, b]);
-            let slack = slack * (a.abs() + b.abs());
-            planes[2 * pair] = Plane::new([i, j], a, b, slack - least);
-            planes[2 * pair + 1] = Plane::new([i, j], -a, -b, slack + most);
-        }
-        let [x, y, z] = direction.to_array();
-        let (last_xy, _) = spread(origins, active, [0, 1], [x, y]);
-        let (last_z, _) = spread(origins, active, [2, 2], [z, 0.0]);
-        Beam::with_axis(planes, -direction, last_xy + last_z - 2.0 * slack)
-    }
-
     /// Returns the beam of rays with any of these origins, each within `margin` of one of the points, and any of
-    /// these directions, which differ little. The near side of a box is measured as in [`Beam::parallel`].
+    /// these directions, which differ little. The near side of a box, measured against the mean direction, is at most
+    /// 0 where the box reaches in front of an origin.
     #[inline(always)]
     pub(crate) fn spreading<F: Float>(
         points: &[V3<F>],
@@ -145,49 +122,6 @@ impl Probe for Beam {
         let near = row(self.axis_rows[2]).mul_add(E::splat(z), near);
         let touched = inside.ge(E::splat(0.0)) & E::splat(limit).ge(near);
         (touched, near.to_array())
-    }
-}
-
-/// A beam of parallel rays that ends at a distance from their origins.
-#[derive(Clone, Debug)]
-pub(crate) struct Slab {
-    beam: Beam,
-    /// Greatest distance of a point along the direction, negated.
-    least: f32,
-}
-
-impl Slab {
-    /// Returns the part of the parallel `beam` whose ray parameters are at most `length`; the space may be
-    /// scaled, so that `direction` is not of unit length.
-    #[inline(always)]
-    pub(crate) fn new<F: Float>(
-        beam: Beam,
-        origins: &V3<F>,
-        active: F::Mask,
-        direction: Vec3,
-        length: f32,
-        reach: f32,
-    ) -> Slab {
-        let [x, y, z] = direction.to_array();
-        let (_, most_xy) = spread(&[*origins], &[active], [0, 1], [x, y]);
-        let (_, most_z) = spread(&[*origins], &[active], [2, 2], [z, 0.0]);
-        let end = most_xy + most_z + length * direction.length_squared();
-        Slab { beam, least: -(end + 2.0 * ROUNDING * reach) }
-    }
-}
-
-impl Probe for Slab {
-    #[inline(always)]
-    fn touch<E: Float8>(&self, node: &WideNode, limit: f32) -> (u32, [f32; 8]) {
-        let (touched, near) = self.beam.touch::<E>(node, limit);
-        let row = |row: usize| E::load(node.row(row));
-        // The corner that lies least far along the direction.
-        let [x, y, z] = self.beam.axis;
-        let [row_x, row_y, row_z] = self.beam.axis_rows.map(|row| row ^ 1);
-        let begin = row(row_x).mul_add(E::splat(x), E::splat(0.0));
-        let begin = row(row_y).mul_add(E::splat(y), begin);
-        let begin = row(row_z).mul_add(E::splat(z), begin);
-        (touched & begin.ge(E::splat(self.least)), near)
     }
 }
 

@@ -21,8 +21,8 @@ use crate::world::World;
 /// Groups of 4 × 4 rays in a packet.
 const GROUPS: usize = 4;
 
-/// Distance of neighbouring rays at depth 1 from which on rays are traversed separately, because most
-/// boxes between such rays are hit by none of them.
+/// Distance of neighbouring rays at depth 1 from which on groups of 4 × 4 rays are traversed on their own, because
+/// most boxes between such rays are hit by none of them.
 const COARSE: f32 = 0.0105;
 
 const _: () = assert!(TILE_ROWS == 8);

@@ -3,8 +3,7 @@
 use glam::Vec3;
 
 use super::grain::smooth;
-use super::ray_packet::RayPacket;
-use super::single_ray::SingleRay;
+use super::ray_group::RayGroup;
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
 use crate::hit::NONE;
@@ -12,9 +11,6 @@ use crate::lamps::{Lamp, LampGrid, kind};
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
 use crate::world::World;
-
-/// Largest slope between rays to a lamp that are traversed as one beam.
-const SLOPE_MAX: f32 = 0.2;
 
 /// Radiance that lamps cause towards the camera.
 #[derive(Clone, Copy, Debug)]
@@ -183,46 +179,10 @@ fn open_from<F: Float>(
     mask: F::Mask,
     stack: &mut Stack,
 ) -> F::Mask {
-    let away = points - V3::splat(lamp);
-    let (x, y, z) = (away.x.to_array(), away.y.to_array(), away.z.to_array());
-    let lane_of = |lane: usize| Vec3::new(x[lane], y[lane], z[lane]);
-    let first = mask.bits().trailing_zeros() as usize % LANES;
-    let axis = lane_of(first).normalize_or(Vec3::NEG_Z);
-    // Rays that are not traced get the direction of one that is.
-    let directions = away.or(mask, V3::splat(lane_of(first)));
-    let (right, down) = axis.any_orthonormal_pair();
-    let ahead = directions.dot(V3::splat(axis));
-    let (across, along) = (directions.dot(V3::splat(right)), directions.dot(V3::splat(down)));
-    let (across, along) = (across / ahead, along / ahead);
-    let [left, rightmost] = [across.smallest() - 1e-4, across.largest() + 1e-4];
-    let [top, bottom] = [along.smallest() - 1e-4, along.largest() + 1e-4];
-    let is_narrow = ahead.smallest() > 0.05 && (rightmost - left).max(bottom - top) < SLOPE_MAX;
-    if is_narrow {
-        let corner = |x: f32, y: f32| axis + right * x + down * y;
-        let packet = RayPacket::<F, 1> {
-            origin: lamp,
-            corners: [
-                corner(left, top),
-                corner(rightmost, top),
-                corner(rightmost, bottom),
-                corner(left, bottom),
-            ],
-            axis: axis / ahead.largest(),
-            directions: [directions],
-        };
-        let hits = packet.closest(scene, world, stack, REACH);
-        return mask & hits.triangle[0].eq(F::Word::splat(NONE));
-    }
-    let mut left = mask.bits();
-    let mut open = 0;
-    while left != 0 {
-        let lane = left.trailing_zeros() as usize % LANES;
-        left &= left - 1;
-        let ray = SingleRay::new(lamp, lane_of(lane), scene.reach);
-        let is_open = !ray.is_blocked::<F::Float8>(scene, world, stack, REACH);
-        open |= u16::from(is_open) << lane;
-    }
-    F::Mask::from_bits(open)
+    let origins = V3::splat(lamp);
+    let rays = RayGroup { origins, directions: points - origins, active: mask };
+    let hits = rays.closest(scene, world, stack, REACH);
+    mask & hits.triangle.eq(F::Word::splat(NONE))
 }
 
 /// Share of the way from a lamp to a surface on which something may cast a shadow.

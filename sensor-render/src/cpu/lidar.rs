@@ -1,6 +1,6 @@
 use glam::Vec3;
 
-use super::ray_packet::RayPacket;
+use super::ray_group::RayGroup;
 use super::traversal::Stack;
 use crate::lidar::{Lidar, Place};
 use crate::lidar_echo::{Echoes, LabelledReturn, Met, SUB_RAYS};
@@ -31,7 +31,7 @@ impl Kernel for LidarColumns<'_, '_> {
 #[inline(always)]
 fn columns<F: Float>(scene: &Scene, world: &World, lidar: &Lidar, tile: &mut Tile) {
     let mut stack = Stack::new();
-    let across = lidar.packet_columns;
+    let across = lidar.group_columns;
     let down = LANES as u32 / across;
     for column in (0..tile.count).step_by(across as usize) {
         for channel in (0..lidar.channels).step_by(down as usize) {
@@ -79,7 +79,7 @@ impl Beams<'_> {
             let [cos, sin] = elevation;
             Vec3::new(cos * azimuth[0], cos * azimuth[1], sin)
         };
-        // The lanes of a packet are of one column if the columns have places of their own.
+        // The lanes of a group are of one column if the columns have places of their own.
         let place = lidar.place(tile.first + self.tile_column);
         let Some(echoes) = &lidar.echoes else {
             let mut in_sensor = [Vec3::ZERO; LANES];
@@ -129,42 +129,21 @@ impl Beams<'_> {
         in_world: &[Vec3; LANES],
         on: u16,
     ) -> Seen {
-        let mut sample: Option<SurfaceSample<F>> = None;
-        let mut cosines = [0.0; LANES];
-        let mut left = on;
-        // One packet if the beams are close together, else one packet per beam.
-        while left != 0 {
-            let range_m = self.lidar.receiver.range_m;
-            let (members, packet, hits);
-            if self.lidar.is_coarse {
-                (members, packet) = (left, apart::<F>(origin, in_world, left));
-                hits = packet.closest_separately(scene, world, stack, range_m);
-            } else {
-                (members, packet) = self::packet::<F>(origin, in_world, left, on == left);
-                hits = packet.closest(scene, world, stack, range_m);
-            }
-            let looked =
-                SurfaceSample::new(scene, world, hits.t[0], hits.triangle[0], hits.instance[0]);
-            let cosine = looked.normal.dot(packet.directions[0]).abs().to_array();
-            let members_mask = F::Mask::from_bits(members);
-            sample = Some(match sample {
-                None => looked,
-                Some(before) => looked.or(members_mask, &before),
-            });
-            for lane in 0..LANES {
-                if members >> lane & 1 != 0 {
-                    cosines[lane] = cosine[lane];
-                }
-            }
-            left &= !members;
+        let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
+        for (lane, direction) in in_world.iter().enumerate() {
+            [x[lane], y[lane], z[lane]] = direction.to_array();
         }
-        let sample = sample.as_ref();
+        let directions = V3 { x: F::from_array(x), y: F::from_array(y), z: F::from_array(z) };
+        let active = F::Mask::from_bits(on);
+        let rays = RayGroup { origins: V3::splat(origin), directions, active };
+        let hits = rays.closest(scene, world, stack, self.lidar.receiver.range_m);
+        let sample = SurfaceSample::new(scene, world, hits.t, hits.triangle, hits.instance);
         Seen {
-            hit: sample.map_or(0, |sample| sample.hit.bits()) & on,
-            t: sample.map_or([0.0; LANES], |sample| sample.t.to_array()),
-            face: sample.map_or([0; LANES], |sample| sample.face.to_array()),
-            id: sample.map_or([0; LANES], |sample| sample.id.to_array()),
-            cosines,
+            hit: sample.hit.bits(),
+            t: sample.t.to_array(),
+            face: sample.face.to_array(),
+            id: sample.id.to_array(),
+            cosines: sample.normal.dot(directions).abs().to_array(),
         }
     }
 
@@ -258,79 +237,4 @@ impl Seen {
             label: [self.id[lane], self.face[lane] & 0xff],
         }
     }
-}
-
-/// Returns the lanes in `wanted` as rays without bounds; the other lanes repeat one of them.
-#[inline(always)]
-fn apart<F: Float>(origin: Vec3, in_world: &[Vec3; LANES], wanted: u16) -> RayPacket<F, 1> {
-    let first = in_world[wanted.trailing_zeros() as usize % LANES];
-    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let direction = if wanted >> lane & 1 != 0 { in_world[lane] } else { first };
-        [x[lane], y[lane], z[lane]] = direction.to_array();
-    }
-    let directions = [V3 { x: F::from_array(x), y: F::from_array(y), z: F::from_array(z) }];
-    RayPacket { origin, corners: [first; 4], axis: first, directions }
-}
-
-/// Returns a packet of the lanes in `wanted`, and the lanes that it contains: all of them if
-/// `together` and they fit one narrow beam, else only the first. The other lanes repeat one of
-/// them.
-#[inline(always)]
-fn packet<F: Float>(
-    origin: Vec3,
-    in_world: &[Vec3; LANES],
-    wanted: u16,
-    together: bool,
-) -> (u16, RayPacket<F, 1>) {
-    let first = in_world[wanted.trailing_zeros() as usize % LANES];
-    let held = |lane: usize, members: u16| {
-        if members >> lane & 1 != 0 { in_world[lane] } else { first }
-    };
-    let mut sum = Vec3::ZERO;
-    for lane in 0..LANES {
-        sum += held(lane, wanted);
-    }
-    let mut members = wanted;
-    let mut middle = sum.normalize_or(first);
-    let mut least = 1.0f32;
-    for lane in 0..LANES {
-        least = least.min(held(lane, wanted).dot(middle));
-    }
-    if !together || least < 0.9 {
-        members = wanted & wanted.wrapping_neg();
-        middle = first;
-    }
-    // Bounds of the beams on the plane at distance 1 along their mean direction.
-    let across = middle.any_orthonormal_vector();
-    let up = middle.cross(across);
-    let (mut low, mut high) = ([f32::INFINITY; 2], [f32::NEG_INFINITY; 2]);
-    let mut longest = 0.0f32;
-    let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
-    for lane in 0..LANES {
-        let direction = held(lane, members);
-        [x[lane], y[lane], z[lane]] = direction.to_array();
-        let along = direction.dot(middle);
-        longest = longest.max(along);
-        for (axis, of) in [across, up].into_iter().enumerate() {
-            let at = direction.dot(of) / along;
-            low[axis] = low[axis].min(at);
-            high[axis] = high[axis].max(at);
-        }
-    }
-    let wide = |from: f32, to: f32| 1e-5 + 0.01 * (to - from);
-    let (wide_x, wide_y) = (wide(low[0], high[0]), wide(low[1], high[1]));
-    let corner = |x: f32, y: f32| middle + across * x + up * y;
-    let packet = RayPacket {
-        origin,
-        corners: [
-            corner(low[0] - wide_x, low[1] - wide_y),
-            corner(high[0] + wide_x, low[1] - wide_y),
-            corner(high[0] + wide_x, high[1] + wide_y),
-            corner(low[0] - wide_x, high[1] + wide_y),
-        ],
-        axis: middle / (longest * 1.000_001),
-        directions: [V3 { x: F::from_array(x), y: F::from_array(y), z: F::from_array(z) }],
-    };
-    (members, packet)
 }

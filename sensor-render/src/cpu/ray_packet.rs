@@ -1,13 +1,15 @@
 use glam::Vec3;
 
 use super::beam::Beam;
-use super::single_ray::SingleRay;
+use super::ray_group::RayGroup;
+use super::slabs::OriginSlabs;
 use super::traversal::{Stack, Visitor, walk};
-use crate::hit::{EDGE_SLACK, Hit, NONE, T_MIN};
+use crate::hit::{EDGE_SLACK, NONE, T_MIN};
 use crate::instance::Instance;
 use crate::scene::Scene;
-use crate::simd::{Float, LANES, Mask, V3, Word};
+use crate::simd::{Float, Mask, V3, Word};
 use crate::triangle::Triangle;
+use crate::wide::WideNode;
 use crate::world::World;
 
 /// Packet of `G` × 16 rays from one origin.
@@ -63,7 +65,16 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
     ) -> Hits<F, G> {
         let mut hits = Hits::none(t_max);
         let beam = Beam::from_origin(self.origin, &self.corners, self.axis, scene.reach);
-        let mut town = TriangleVisitor { scene, packet: self, instance: NONE, hits: &mut hits };
+        let slabs = OriginSlabs::new(self.origin, &self.directions, scene.reach);
+        let mut town = TriangleVisitor {
+            scene,
+            packet: self,
+            slabs: &slabs,
+            instance: NONE,
+            hits: &mut hits,
+            limit: t_max,
+            entered: !0,
+        };
         walk::<F::Float8, _, _>(
             &scene.wide,
             scene.town_blas.wide_root,
@@ -74,13 +85,14 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
         );
         if let Some(root) = world.wide_root {
             let limit = hits.farthest();
-            let mut actors = InstanceVisitor { scene, world, packet: self, hits: &mut hits };
+            let mut actors =
+                InstanceVisitor { scene, world, packet: self, slabs: &slabs, hits: &mut hits };
             walk::<F::Float8, _, _>(&world.wide, root, &beam, limit, stack, &mut actors);
         }
         hits
     }
 
-    /// As [`RayPacket::closest`], but traverses each ray separately.
+    /// As [`RayPacket::closest`], but traverses each group of rays on its own, without a beam around them.
     #[inline(always)]
     pub(crate) fn closest_separately(
         &self,
@@ -104,23 +116,13 @@ impl<F: Float, const G: usize> RayPacket<F, G> {
         t_max: f32,
     ) -> Hits<F, G> {
         let mut hits = Hits::none(t_max);
-        for (group, (direction, origin)) in self.directions.iter().zip(origins).enumerate() {
-            let (x, y, z) =
-                (direction.x.to_array(), direction.y.to_array(), direction.z.to_array());
-            let from = [origin.x.to_array(), origin.y.to_array(), origin.z.to_array()];
-            let (mut t, mut triangle, mut instance) =
-                ([t_max; LANES], [NONE; LANES], [NONE; LANES]);
-            for lane in 0..LANES {
-                let direction = Vec3::new(x[lane], y[lane], z[lane]);
-                let origin = Vec3::from(from.map(|lanes| lanes[lane]));
-                let ray = SingleRay::new(origin, direction, scene.reach);
-                let mut hit = Hit::none(t_max);
-                ray.closest::<F::Float8>(scene, worlds[group], stack, &mut hit);
-                (t[lane], triangle[lane], instance[lane]) = (hit.t, hit.triangle, hit.instance);
-            }
-            hits.t[group] = F::from_array(t);
-            hits.triangle[group] = F::Word::from_array(triangle);
-            hits.instance[group] = F::Word::from_array(instance);
+        for (group, (directions, origins)) in self.directions.iter().zip(origins).enumerate() {
+            let (origins, directions) = (*origins, *directions);
+            let rays = RayGroup { origins, directions, active: F::Mask::from_bits(!0) };
+            let own = rays.closest(scene, worlds[group], stack, t_max);
+            hits.t[group] = own.t;
+            hits.triangle[group] = own.triangle;
+            hits.instance[group] = own.instance;
         }
         hits
     }
@@ -173,26 +175,43 @@ fn row<F: Float>(row: [f32; 4]) -> V3<F> {
 struct TriangleVisitor<'a, F: Float, const G: usize> {
     scene: &'a Scene,
     packet: &'a RayPacket<F, G>,
+    slabs: &'a OriginSlabs<F, G>,
     instance: u32,
     hits: &'a mut Hits<F, G>,
+    /// Largest distance of a hit.
+    limit: f32,
+    /// Groups with rays that meet the box of the leaf, one bit each.
+    entered: u32,
 }
 
 impl<F: Float, const G: usize> Visitor for TriangleVisitor<'_, F, G> {
     #[inline(always)]
     fn visit(&mut self, _: &mut Stack, first: u32, count: u32) -> f32 {
+        let mut is_nearer = false;
         for index in first..first + count {
             let triangle = &self.scene.triangles[index as usize];
-            self.meet(triangle, index);
+            is_nearer |= self.meet(triangle, index);
         }
-        self.hits.farthest()
+        if is_nearer {
+            self.limit = self.hits.farthest();
+        }
+        self.limit
+    }
+
+    #[inline(always)]
+    fn enters(&mut self, node: &WideNode, child: usize) -> bool {
+        self.entered = self.slabs.meet(node, child, &self.hits.t);
+        self.entered != 0
     }
 }
 
 impl<F: Float, const G: usize> TriangleVisitor<'_, F, G> {
     /// Möller and Trumbore 1997, rearranged for rays from one origin: everything but three dot
-    /// products depends on the triangle alone, and the division is done only for hits.
+    /// products depends on the triangle alone, and the division is done only for hits. Returns whether any ray hits
+    /// the triangle.
     #[inline(always)]
-    fn meet(&mut self, triangle: &Triangle, index: u32) {
+    fn meet(&mut self, triangle: &Triangle, index: u32) -> bool {
+        let mut is_nearer = false;
         let [corner, edge1, edge2] =
             [triangle.corner, triangle.edge1, triangle.edge2].map(Vec3::from);
         let from_corner = self.packet.origin - corner;
@@ -206,6 +225,9 @@ impl<F: Float, const G: usize> TriangleVisitor<'_, F, G> {
         let for_v = V3::<F>::splat(along * side);
         let height = F::splat(height * side);
         for group in 0..G {
+            if self.entered >> group & 1 == 0 {
+                continue;
+            }
             let direction = self.packet.directions[group];
             let det = direction.dot(for_det);
             let u = direction.dot(for_u);
@@ -215,6 +237,7 @@ impl<F: Float, const G: usize> TriangleVisitor<'_, F, G> {
             let nearer = height.lt(self.hits.t[group] * det);
             let met = inside & nearer & (det * F::splat(T_MIN)).lt(height);
             if met.any() {
+                is_nearer = true;
                 self.hits.t[group] = (height / det).or(met, self.hits.t[group]);
                 let index = F::Word::splat(index);
                 self.hits.triangle[group] = index.or(met, self.hits.triangle[group]);
@@ -222,6 +245,7 @@ impl<F: Float, const G: usize> TriangleVisitor<'_, F, G> {
                 self.hits.instance[group] = instance.or(met, self.hits.instance[group]);
             }
         }
+        is_nearer
     }
 }
 
@@ -230,6 +254,7 @@ struct InstanceVisitor<'a, F: Float, const G: usize> {
     scene: &'a Scene,
     world: &'a World,
     packet: &'a RayPacket<F, G>,
+    slabs: &'a OriginSlabs<F, G>,
     hits: &'a mut Hits<F, G>,
 }
 
@@ -242,15 +267,24 @@ impl<F: Float, const G: usize> Visitor for InstanceVisitor<'_, F, G> {
             let packet = self.packet.to_instance_space(instance);
             let beam =
                 Beam::from_origin(packet.origin, &packet.corners, packet.axis, self.scene.reach);
+            let slabs = OriginSlabs::new(packet.origin, &packet.directions, self.scene.reach);
             let limit = self.hits.farthest();
             let mut triangles = TriangleVisitor {
                 scene: self.scene,
                 packet: &packet,
+                slabs: &slabs,
                 instance: index,
                 hits: self.hits,
+                limit,
+                entered: !0,
             };
             walk::<F::Float8, _, _>(&self.scene.wide, root, &beam, limit, stack, &mut triangles);
         }
         self.hits.farthest()
+    }
+
+    #[inline(always)]
+    fn enters(&mut self, node: &WideNode, child: usize) -> bool {
+        self.slabs.meet(node, child, &self.hits.t) != 0
     }
 }

@@ -6,17 +6,17 @@ use mesh::{Material, Tag};
 use super::grain::smooth;
 use super::lamplight::LitSurface;
 use super::pattern;
+use super::ray_group::{GroupHits, RayGroup};
 use super::ray_packet::Hits;
 use super::room;
 use super::shadow::Shadow;
 use super::shortlist::Surroundings;
-use super::single_ray::SingleRay;
 use super::sky::{ambient, blurred_reflection, gradient, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
 use super::{occlusion, shadow};
 use super::{wear, wet};
-use crate::hit::{Hit, NONE};
+use crate::hit::NONE;
 use crate::lamps::LampGrid;
 use crate::light::{Light, OCCLUSION_FADE_M, OCCLUSION_REACH_M};
 use crate::quality::Sample;
@@ -396,36 +396,38 @@ impl Shade<'_> {
         stack: &mut Stack,
     ) -> V3<F> {
         let Shade { scene, world, light, .. } = *self;
-        let V3 { x, y, z } = origins;
-        let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
-        let (dx, dy) = (directions.x.to_array(), directions.y.to_array());
-        let dz = directions.z.to_array();
-        let mut hits = [Hit::none(f32::INFINITY); LANES];
-        let mut passed = [1.0; LANES];
-        let mut left = active.bits();
-        while left != 0 {
-            let lane = left.trailing_zeros() as usize % LANES;
-            left &= left - 1;
-            let origin = Vec3::new(x[lane], y[lane], z[lane]);
-            let direction = Vec3::new(dx[lane], dy[lane], dz[lane]);
-            let mut from = 0.0;
-            for surface in 1..=SURFACES {
-                let mut hit = Hit::none(f32::INFINITY);
-                let ray = SingleRay::new(origin + direction * from, direction, scene.reach);
-                ray.closest::<F::Float8>(scene, world, stack, &mut hit);
-                hit.t += from;
-                hits[lane] = hit;
-                let passes = surface < SURFACES && hit.triangle != NONE;
-                if !passes || !is_clear(scene.triangles[hit.triangle as usize].face) {
-                    break;
+        let none = F::Word::splat(NONE);
+        let mut hits = GroupHits { t: F::splat(0.0), triangle: none, instance: none };
+        // Length of each ray up to its last pane, and the share of light that its panes let through.
+        let (mut from, mut passed) = ([0.0; LANES], [1.0; LANES]);
+        let mut left = active;
+        for surface in 1..=SURFACES {
+            let starts = directions.mul_add(F::from_array(from), origins);
+            let rays = RayGroup { origins: starts, directions, active: left };
+            let found = rays.closest(scene, world, stack, f32::INFINITY);
+            hits.t = (found.t + F::from_array(from)).or(left, hits.t);
+            hits.triangle = found.triangle.or(left, hits.triangle);
+            hits.instance = found.instance.or(left, hits.instance);
+            let mut met = (left & !found.triangle.eq(none)).bits();
+            left = F::Mask::from_bits(0);
+            if surface == SURFACES {
+                break;
+            }
+            let (t, triangle) = (hits.t.to_array(), found.triangle.to_array());
+            while met != 0 {
+                let lane = met.trailing_zeros() as usize % LANES;
+                met &= met - 1;
+                if is_clear(scene.triangles[triangle[lane] as usize].face) {
+                    from[lane] = t[lane] + LIFT;
+                    passed[lane] *= PANE;
+                    left = left | F::Mask::from_bits(1 << lane);
                 }
-                from = hit.t + LIFT;
-                passed[lane] *= PANE;
+            }
+            if !left.any() {
+                break;
             }
         }
-        let t = F::from_array(hits.map(|hit| hit.t));
-        let triangle = F::Word::from_array(hits.map(|hit| hit.triangle));
-        let instance = F::Word::from_array(hits.map(|hit| hit.instance));
+        let GroupHits { t, triangle, instance } = hits;
         let sample = SurfaceSample::<F>::new(scene, world, t, triangle, instance);
         let passed = F::from_array(passed);
         let sky = gradient(light, directions.z);

@@ -1,16 +1,18 @@
+use std::cell::Cell;
+
 use glam::Vec3;
 
-use super::beam::Beam;
 use super::shortlist::Shortlists;
-use super::single_ray::SingleRay;
-use super::traversal::{Stack, Visitor, walk_in_any_order};
+use super::slabs::Slabs;
+use super::traversal::{Probe, Stack, Visitor, walk_in_any_order};
 use crate::instance::Instance;
 use crate::scene::Scene;
-use crate::simd::{Float, LANES, Mask, V3};
+use crate::simd::{Float, Float8, Mask, V3};
 use crate::triangle::Triangle;
+use crate::wide::WideNode;
 use crate::world::World;
 
-/// Extent of the origins up to which shadow rays are traversed as one beam. Metres.
+/// Extent of the points of a block up to which what lies between them and the sun is searched once. Metres.
 pub(super) const SPREAD_MAX: f32 = 2.0;
 
 /// Sixteen parallel shadow rays.
@@ -33,59 +35,36 @@ impl<F: Float> Shadow<F> {
         near: Option<&Shortlists>,
         stack: &mut Stack,
     ) -> F::Mask {
-        if self.spread() <= SPREAD_MAX {
-            return self.blocked_together(scene, world, near, stack);
-        }
-        let mut blocked = F::Mask::from_bits(0);
-        let mut left = self.active;
-        while left.any() {
-            let part = self.near_first(left, SPREAD_MAX * 0.5);
-            left = left & !part.active;
-            blocked = blocked
-                | match part.lone(scene.reach) {
-                    Some((lane, ray)) => {
-                        let is_blocked =
-                            ray.is_blocked::<F::Float8>(scene, world, stack, f32::INFINITY);
-                        F::Mask::from_bits(u16::from(is_blocked) << lane)
-                    }
-                    None => part.blocked_together(scene, world, near, stack),
-                };
-        }
-        blocked
-    }
-
-    /// Traverses all rays as one beam.
-    #[inline(always)]
-    fn blocked_together(
-        &self,
-        scene: &Scene,
-        world: &World,
-        near: Option<&Shortlists>,
-        stack: &mut Stack,
-    ) -> F::Mask {
         let mut open = self.active;
-        let beam = self.beam(scene.reach);
-        let mut town = TriangleVisitor { scene, shadow: self, open: &mut open };
+        let sheaf = self.sheaf(F::splat(f32::INFINITY), scene.reach);
+        let mut town = TriangleVisitor { scene, shadow: self, sheaf: &sheaf, open: &mut open };
         let root = scene.town_blas.wide_root;
         match near {
-            Some(near) => near.town.walk::<F::Float8, _, _>(&scene.wide, &beam, stack, &mut town),
+            Some(near) => near.town.walk::<F::Float8, _, _>(&scene.wide, &sheaf, stack, &mut town),
             None => {
-                _ = walk_in_any_order::<F::Float8, _, _>(&scene.wide, root, &beam, stack, &mut town)
+                _ = walk_in_any_order::<F::Float8, _, _>(
+                    &scene.wide,
+                    root,
+                    &sheaf,
+                    stack,
+                    &mut town,
+                )
             }
         }
         if let Some(root) = world.wide_root
             && open.any()
         {
-            let mut actors = InstanceVisitor { scene, world, shadow: self, open: &mut open };
+            let mut actors =
+                InstanceVisitor { scene, world, shadow: self, sheaf: &sheaf, open: &mut open };
             match near {
                 Some(near) => {
-                    near.world.walk::<F::Float8, _, _>(&world.wide, &beam, stack, &mut actors)
+                    near.world.walk::<F::Float8, _, _>(&world.wide, &sheaf, stack, &mut actors)
                 }
                 None => {
                     _ = walk_in_any_order::<F::Float8, _, _>(
                         &world.wide,
                         root,
-                        &beam,
+                        &sheaf,
                         stack,
                         &mut actors,
                     )
@@ -95,51 +74,14 @@ impl<F: Float> Shadow<F> {
         self.active & !open
     }
 
-    /// Returns the rays of `left` whose origins are within `near` metres of that of the first of them, along
-    /// each axis.
+    /// Returns the active rays up to the distance `end`, prepared for boxes.
     #[inline(always)]
-    pub(super) fn near_first(&self, left: F::Mask, near: f32) -> Self {
-        let lane = left.bits().trailing_zeros() as usize % LANES;
-        let apart = self.origins - V3::splat(self.origin(lane));
-        let most = apart.x.abs().max(apart.y.abs()).max(apart.z.abs());
-        let close = left & F::splat(near).ge(most);
-        // The first itself, whatever its coordinates are.
-        Shadow { active: close | F::Mask::from_bits(1 << lane), ..*self }
-    }
-
-    /// Returns the only active ray and its lane; `None` if there are several.
-    #[inline(always)]
-    pub(super) fn lone(&self, reach: f32) -> Option<(usize, SingleRay)> {
-        let bits = self.active.bits();
-        if bits & bits.wrapping_sub(1) != 0 {
-            return None;
-        }
-        let lane = bits.trailing_zeros() as usize % LANES;
-        Some((lane, SingleRay::new(self.origin(lane), self.direction, reach)))
-    }
-
-    #[inline(always)]
-    fn origin(&self, lane: usize) -> Vec3 {
-        let V3 { x, y, z } = self.origins;
-        let (x, y, z) = (x.to_array(), y.to_array(), z.to_array());
-        Vec3::new(x[lane], y[lane], z[lane])
-    }
-
-    /// Returns the longest side of the bounding box of the origins. Metres.
-    #[inline(always)]
-    pub(super) fn spread(&self) -> f32 {
-        let mut most = 0.0f32;
-        for value in [self.origins.x, self.origins.y, self.origins.z] {
-            let low = value.or(self.active, F::splat(f32::INFINITY)).smallest();
-            let high = value.or(self.active, F::splat(f32::NEG_INFINITY)).largest();
-            most = most.max(high - low);
-        }
-        most
-    }
-
-    #[inline(always)]
-    pub(super) fn beam(&self, reach: f32) -> Beam {
-        Beam::parallel(&[self.origins], &[self.active], self.direction, reach)
+    pub(super) fn sheaf(&self, end: F, reach: f32) -> ShadowSheaf<F> {
+        let directions = V3::splat(self.direction);
+        let slabs = Slabs::new(self.origins, directions, self.active, reach);
+        let sheaf = ShadowSheaf { slabs, end: Cell::new(end) };
+        sheaf.shorten(self.active, end);
+        sheaf
     }
 
     /// Returns the rays in the space of an instance.
@@ -176,6 +118,28 @@ impl<F: Float> Shadow<F> {
     }
 }
 
+/// Parallel rays prepared for boxes.
+pub(super) struct ShadowSheaf<F: Float> {
+    slabs: Slabs<F>,
+    /// Distance at which each ray ends, minus infinity if it need not be traced further.
+    end: Cell<F>,
+}
+
+impl<F: Float> ShadowSheaf<F> {
+    /// Sets the distance `end` at which the rays of `open` end, and that the others need not be traced further.
+    #[inline(always)]
+    pub(super) fn shorten(&self, open: F::Mask, end: F) {
+        self.end.set(end.or(open, F::splat(f32::NEG_INFINITY)));
+    }
+}
+
+impl<F: Float> Probe for ShadowSheaf<F> {
+    #[inline(always)]
+    fn touch<E: Float8>(&self, node: &WideNode, _: f32) -> (u32, [f32; 8]) {
+        (self.slabs.meet(node, self.end.get()), [0.0; 8])
+    }
+}
+
 /// Returns a coordinate of a direction in the space of an instance.
 #[inline(always)]
 fn turned(row: [f32; 4], direction: Vec3) -> f32 {
@@ -200,6 +164,7 @@ fn limit<F: Float>(open: F::Mask) -> f32 {
 struct TriangleVisitor<'a, F: Float> {
     scene: &'a Scene,
     shadow: &'a Shadow<F>,
+    sheaf: &'a ShadowSheaf<F>,
     /// Rays that have not hit anything.
     open: &'a mut F::Mask,
 }
@@ -211,6 +176,7 @@ impl<F: Float> Visitor for TriangleVisitor<'_, F> {
             let (met, _) = self.shadow.meet(triangle);
             *self.open = *self.open & !met;
         }
+        self.sheaf.shorten(*self.open, F::splat(f32::INFINITY));
         limit::<F>(*self.open)
     }
 }
@@ -220,6 +186,7 @@ struct InstanceVisitor<'a, F: Float> {
     scene: &'a Scene,
     world: &'a World,
     shadow: &'a Shadow<F>,
+    sheaf: &'a ShadowSheaf<F>,
     open: &'a mut F::Mask,
 }
 
@@ -233,12 +200,17 @@ impl<F: Float> Visitor for InstanceVisitor<'_, F> {
             let instance = &self.world.instances[index as usize];
             let root = self.scene.blases[instance.blas as usize].wide_root;
             let shadow = Shadow { active: *self.open, ..self.shadow.to_instance_space(instance) };
-            let beam = shadow.beam(self.scene.reach);
-            let mut triangles =
-                TriangleVisitor { scene: self.scene, shadow: &shadow, open: self.open };
+            let sheaf = shadow.sheaf(F::splat(f32::INFINITY), self.scene.reach);
+            let mut triangles = TriangleVisitor {
+                scene: self.scene,
+                shadow: &shadow,
+                sheaf: &sheaf,
+                open: self.open,
+            };
             let nodes = &self.scene.wide;
-            walk_in_any_order::<F::Float8, _, _>(nodes, root, &beam, stack, &mut triangles);
+            walk_in_any_order::<F::Float8, _, _>(nodes, root, &sheaf, stack, &mut triangles);
         }
+        self.sheaf.shorten(*self.open, F::splat(f32::INFINITY));
         limit::<F>(*self.open)
     }
 }

@@ -17,11 +17,18 @@ const STACK: usize = 8 * (DEPTH_MAX + TOP_DEPTH_MAX + 2);
 struct Entry {
     near: f32,
     link: Link,
+    /// Index of the parent node, and which of its children it is.
+    parent: u32,
+    child: u32,
+}
+
+impl Entry {
+    const NONE: Entry = Entry { near: 0.0, link: Link::EMPTY, parent: 0, child: 0 };
 }
 
 impl Stack {
     pub(crate) fn new() -> Stack {
-        Stack { entries: Box::new([Entry { near: 0.0, link: Link::EMPTY }; STACK]), height: 0 }
+        Stack { entries: Box::new([Entry::NONE; STACK]), height: 0 }
     }
 
     #[inline(always)]
@@ -43,7 +50,7 @@ impl Stack {
     }
 }
 
-/// Object that is tested against boxes: a beam or a single ray.
+/// Object that is tested against boxes: a beam, or rays.
 pub(crate) trait Probe {
     /// Returns which of a node's children may be hit before `limit`, one bit each, and the
     /// parameter at which each begins.
@@ -55,6 +62,13 @@ pub(crate) trait Visitor {
     /// Intersects the primitives of a leaf. Returns the new limit along the beam's axis, or minus
     /// infinity to end the traversal.
     fn visit(&mut self, stack: &mut Stack, first: u32, count: u32) -> f32;
+
+    /// Returns whether any ray meets the box of a child that the probe touches. It is called before what lies
+    /// below is visited.
+    #[inline(always)]
+    fn enters(&mut self, _node: &WideNode, _child: usize) -> bool {
+        true
+    }
 }
 
 /// Calls `visitor` for the leaves below `root` that `probe` touches before `limit`, near ones
@@ -102,35 +116,36 @@ fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
             let node = &nodes[link.0 as usize];
             let (mut touched, near) = probe.touch::<E>(node, limit);
             if touched != 0 {
-                let entry = |slot: u32| {
-                    let slot = slot as usize & 7;
+                let entry = |child: u32| {
+                    let slot = child as usize & 7;
                     let near = if NEAR_FIRST { near[slot] } else { 0.0 };
-                    Entry { near, link: node.children[slot] }
+                    Entry { near, link: node.children[slot], parent: link.0, child }
                 };
                 // One or two children are the common cases, which need no sorting on the stack.
-                let first = entry(touched.trailing_zeros());
+                let mut nearest = entry(touched.trailing_zeros());
                 touched &= touched - 1;
-                if touched == 0 {
-                    link = first.link;
+                if touched != 0 {
+                    let second = entry(touched.trailing_zeros());
+                    touched &= touched - 1;
+                    let is_second = !NEAR_FIRST || second.near <= nearest.near;
+                    let farther;
+                    (nearest, farther) =
+                        if is_second { (second, nearest) } else { (nearest, second) };
+                    let floor = stack.height;
+                    stack.push(farther);
+                    while touched != 0 {
+                        let mut other = entry(touched.trailing_zeros());
+                        touched &= touched - 1;
+                        if !NEAR_FIRST || other.near <= nearest.near {
+                            std::mem::swap(&mut nearest, &mut other);
+                        }
+                        stack.push_in_order::<NEAR_FIRST>(other, floor);
+                    }
+                }
+                if visitor.enters(node, nearest.child as usize) {
+                    link = nearest.link;
                     continue;
                 }
-                let second = entry(touched.trailing_zeros());
-                touched &= touched - 1;
-                let is_second = !NEAR_FIRST || second.near <= first.near;
-                let (mut nearest, farther) =
-                    if is_second { (second, first) } else { (first, second) };
-                let floor = stack.height;
-                stack.push(farther);
-                while touched != 0 {
-                    let mut other = entry(touched.trailing_zeros());
-                    touched &= touched - 1;
-                    if !NEAR_FIRST || other.near <= nearest.near {
-                        std::mem::swap(&mut nearest, &mut other);
-                    }
-                    stack.push_in_order::<NEAR_FIRST>(other, floor);
-                }
-                link = nearest.link;
-                continue;
             }
         }
         loop {
@@ -139,7 +154,9 @@ fn walk_in_order<E: Float8, P: Probe, V: Visitor, const NEAR_FIRST: bool>(
             }
             stack.height -= 1;
             let entry = stack.entries[stack.height];
-            if entry.near <= limit {
+            if entry.near <= limit
+                && visitor.enters(&nodes[entry.parent as usize], entry.child as usize)
+            {
                 link = entry.link;
                 break;
             }

@@ -89,7 +89,6 @@ pub(crate) trait Float8: Copy {
     /// Returns `self * a + b`.
     fn mul_add(self, a: Self, b: Self) -> Self;
     fn min(self, other: Self) -> Self;
-    fn max(self, other: Self) -> Self;
     /// Returns one bit per lane, set where `self >= other`.
     fn ge(self, other: Self) -> u32;
 }

@@ -34,6 +34,15 @@ impl<F: Float> V3<F> {
     }
 
     #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        V3 {
+            x: self.y * other.z - other.y * self.z,
+            y: self.z * other.x - other.z * self.x,
+            z: self.x * other.y - other.x * self.y,
+        }
+    }
+
+    #[inline(always)]
     pub(crate) fn mul_add(self, a: F, b: Self) -> Self {
         V3 { x: self.x.mul_add(a, b.x), y: self.y.mul_add(a, b.y), z: self.z.mul_add(a, b.z) }
     }

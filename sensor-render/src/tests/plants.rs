@@ -43,7 +43,7 @@ fn measured(town: &town::Town, width: u32) -> MeasuredBundle {
 fn plants_of_any_size_are_measured_where_their_meshes_are() {
     let town = planted();
     let baked = town::Town { mesh: town.assembled_mesh(), plants: Vec::new(), ..town.clone() };
-    // Packets of rays, and rays that are so far apart that each is traversed alone.
+    // Packets of rays, and groups of rays that are far apart.
     for width in [320, 24] {
         let [planted, baked] = [measured(&town, width), measured(&baked, width)];
         let tags = planted.plane::<u8>(0, output::TAG);

@@ -56,10 +56,6 @@ impl Float8 for F32x8 {
         F32x8(with_avx2!(_mm256_min_ps(self.0, other.0)))
     }
     #[inline(always)]
-    fn max(self, other: F32x8) -> F32x8 {
-        F32x8(with_avx2!(_mm256_max_ps(self.0, other.0)))
-    }
-    #[inline(always)]
     fn ge(self, other: F32x8) -> u32 {
         let mask = with_avx2!(_mm256_cmp_ps::<_CMP_GE_OQ>(self.0, other.0));
         with_avx2!(_mm256_movemask_ps(mask)) as u32

@@ -52,11 +52,6 @@ impl Float8 for F32x8 {
     }
     #[cfg_attr(target_arch = "x86_64", inline(never))]
     #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
-    fn max(self, other: F32x8) -> F32x8 {
-        F32x8(std::array::from_fn(|i| if self.0[i] > other.0[i] { self.0[i] } else { other.0[i] }))
-    }
-    #[cfg_attr(target_arch = "x86_64", inline(never))]
-    #[cfg_attr(not(target_arch = "x86_64"), inline(always))]
     fn ge(self, other: F32x8) -> u32 {
         (0..8).fold(0, |bits, i| bits | u32::from(self.0[i] >= other.0[i]) << i)
     }
