@@ -5,6 +5,7 @@ use glam::Vec3;
 use super::shortlist::Shortlists;
 use super::slabs::Slabs;
 use super::traversal::{Probe, Stack, Visitor, walk_in_any_order};
+use crate::hit::{EDGE_SLACK, T_MIN};
 use crate::instance::Instance;
 use crate::scene::Scene;
 use crate::simd::{Float, Float8, Mask, V3};
@@ -114,7 +115,7 @@ impl<F: Float> Shadow<F> {
         let v = from_corner.dot(for_v);
         let t = from_corner.dot(for_t);
         let least = u.min(v).min(F::splat(1.0) - u - v);
-        (least.min(t).ge(F::splat(0.0)), t)
+        (least.ge(F::splat(-EDGE_SLACK)) & F::splat(T_MIN).lt(t), t)
     }
 }
 
