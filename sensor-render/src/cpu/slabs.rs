@@ -1,3 +1,6 @@
+//! Rays tested against the boxes of a node's children: sixteen at once against all eight, and packets from one origin
+//! against single boxes.
+
 use glam::Vec3;
 
 use crate::simd::{Float, Mask, V3};
@@ -44,7 +47,7 @@ impl<F: Float> Slabs<F> {
         Slabs { inverse, near: shift - slack, far: shift + slack, rows, is_mixed }
     }
 
-    /// Returns which of a node's children any ray meets before its `end`, one bit each. Rays whose end is minus
+    /// Returns which of a node's children any ray meets before its `end`, one bit each. Rays that end at minus
     /// infinity meet none.
     #[inline(always)]
     pub(super) fn meet(&self, node: &WideNode, end: F) -> u32 {
@@ -215,7 +218,7 @@ mod tests {
             });
             let links = boxes.map(|[low, high]| (Link::leaf(0, 1), (low, high)));
             let node = WideNode::join(links);
-            // Every second time, rays whose directions have the same signs.
+            // Every second time, rays with directions of the same signs.
             let away = if round % 2 == 0 { -1.0 } else { 0.2 };
             let one_origin = round % 4 < 2;
             let first = Vec3::from_array(std::array::from_fn(|_| roll(-9.0, 9.0)));

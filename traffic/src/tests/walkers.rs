@@ -365,8 +365,8 @@ fn a_walker_right_before_a_vehicle_goes_back_though_it_is_beside_the_swept_path(
     go_back_from_a_vehicle(true);
 }
 
-/// Lets two walkers on a crossing go back from a bus on it, in whose swept path the first one is, or which
-/// follows it as its leader.
+/// Lets two walkers on a crossing go back from a bus on it. The first one is in the swept path of the bus, or is
+/// its leader.
 fn go_back_from_a_vehicle(as_leader: bool) {
     let course = || town(1, 0, 0);
     let (center, axis, half_m, lane, arc_m, along_m) = {
