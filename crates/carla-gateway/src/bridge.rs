@@ -58,6 +58,8 @@ pub(crate) struct Bridge {
     pub(crate) tickers: Tickers,
     /// The map of an episode that has begun and of which no snapshot was taken in yet.
     pub(crate) next_statics: Option<(u32, Arc<Statics>)>,
+    /// The client that loads a world, until it listens to the state of that world.
+    pub(crate) loader: Option<Peer>,
 }
 
 impl Bridge {
@@ -89,6 +91,7 @@ impl Bridge {
             publisher: Publisher::new(),
             tickers: Tickers::default(),
             next_statics: None,
+            loader: None,
         };
         bridge.publish_state();
         Ok(bridge)
@@ -119,6 +122,15 @@ impl Bridge {
     pub(crate) fn on_disconnect(&mut self, peer: &Peer) {
         if self.tickers.remove(peer) {
             self.client.leave_tick();
+        }
+        self.end_load(peer);
+    }
+
+    /// Notes that a client is about to listen to the state of the world, or has disconnected. If it
+    /// is the one that has loaded the world, its other listeners receive the state, too.
+    pub(crate) fn end_load(&mut self, peer: &Peer) {
+        if self.loader.take_if(|loader| loader == peer).is_some() {
+            self.streams.end_load(peer.address.ip());
         }
     }
 
@@ -263,7 +275,7 @@ impl Bridge {
         self.episode.is_new_map = true;
         self.settings.follow(&self.client.wire_settings());
         self.outbox.clear();
-        self.streams.begin_episode();
+        self.streams.begin_episode(self.loader.map(|loader| loader.address.ip()));
         Ok(())
     }
 }

@@ -40,7 +40,7 @@ use crate::{
 /// For how long a connection with much to do leaves the bridge to others.
 const WAY: Duration = Duration::from_micros(100);
 /// How long a tick waits for clients that have requested a stream to connect to it.
-const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_millis(300);
+const SUBSCRIPTION_TIMEOUT: Duration = Duration::from_secs(2);
 
 /// The bridge and its locks.
 pub(crate) struct SharedBridge {
@@ -387,12 +387,27 @@ impl<'a> LockedBridge<'a> {
     }
 
     /// Loads another world in the place of this one; an empty name loads the same map again.
+    /// `loader`: the client, if it closes its listener to the present world afterwards.
     ///
     /// # Errors
     ///
     /// Returns an error if the host refuses the map.
-    pub(crate) fn load_world(&mut self, name: &str, hidden_layers: u32) -> Result<(), RpcError> {
+    pub(crate) fn load_world(
+        &mut self,
+        name: &str,
+        hidden_layers: u32,
+        loader: Option<&Peer>,
+    ) -> Result<(), RpcError> {
         let _turn = self.take_turn();
+        self.loader = loader.copied();
+        let loaded = self.request_world(name, hidden_layers);
+        if let (Err(_), Some(loader)) = (&loaded, loader) {
+            self.end_load(loader);
+        }
+        loaded
+    }
+
+    fn request_world(&mut self, name: &str, hidden_layers: u32) -> Result<(), RpcError> {
         let layers = Layers::from_bits_retain(hidden_layers);
         let command = client_lib::Command::load_world(name, None, layers)?;
         let deadline = self.client.deadlines().world;

@@ -6,7 +6,7 @@
 use std::{
     collections::{BTreeMap, BTreeSet, VecDeque},
     io::{self, Read, Write},
-    net::TcpListener,
+    net::{IpAddr, TcpListener},
     sync::{
         Arc, Condvar, Mutex, MutexGuard, PoisonError,
         atomic::{AtomicBool, AtomicU32, Ordering},
@@ -26,10 +26,8 @@ const BACKLOG_MAX: usize = 64 << 20;
 const DIRECT_SEND_MAX: usize = 32 << 10;
 /// A listener that accepts no bytes for this long is disconnected.
 const WRITE_TIMEOUT: Duration = Duration::from_secs(30);
-/// How long listeners to the state of an old episode receive nothing after a new one has begun. The
-/// client that has loaded it closes its old listener, and crashes if that listener receives the new
-/// episode.
-const EPISODE_MUTE: Duration = Duration::from_secs(2);
+/// Longest time that the listeners of a client that loads a world receive nothing.
+const MUTE_MAX: Duration = Duration::from_secs(30);
 /// Most streams of which a message is kept until their client connects.
 const LATE_MAX: usize = 64;
 /// Time between two checks whether an idle listener is still connected.
@@ -155,14 +153,31 @@ impl Streams {
         }
     }
 
-    /// Mutes the present listeners of the world's stream for a while, because a new episode has
-    /// begun.
-    pub(crate) fn begin_episode(&self) {
+    /// Begins a new episode. The listeners to the world at the address of the client that loads it
+    /// receive nothing until [`end_load`](Self::end_load), 30 seconds at most.
+    ///
+    /// That client closes its old listener when its call returns, and opens a new one. If the old
+    /// listener receives the new episode before, its thread keeps the old subscription; the new one
+    /// has the same key and is destroyed while its socket is in use, so that the client crashes.
+    pub(crate) fn begin_episode(&self, loader: Option<IpAddr>) {
         let mut listening = self.lock();
         listening.state = None;
         listening.late.clear();
         for session in listening.by_stream.get(&WORLD).into_iter().flatten() {
-            session.lock().muted = Some((Instant::now() + EPISODE_MUTE, None));
+            if Some(session.connection.address.ip()) == loader {
+                session.lock().muted = Some((Instant::now() + MUTE_MAX, None));
+            }
+        }
+    }
+
+    /// Ends the silence of the listeners at the address of a client that has loaded a world: they
+    /// receive the newest state.
+    pub(crate) fn end_load(&self, loader: IpAddr) {
+        let listening = self.lock();
+        for session in listening.by_stream.get(&WORLD).into_iter().flatten() {
+            if session.connection.address.ip() == loader {
+                session.unmute();
+            }
         }
     }
 
@@ -313,6 +328,14 @@ impl Session {
         self.more.notify_one();
     }
 
+    /// Sends the newest message that was held back, and holds back no more.
+    fn unmute(&self) {
+        let muted = self.lock().muted.take();
+        if let Some((_, Some(message))) = muted {
+            self.send(&message);
+        }
+    }
+
     /// Sends queued messages until the listener disconnects.
     fn send_queued(&self) -> io::Result<()> {
         loop {
@@ -323,11 +346,10 @@ impl Session {
             }
             let Some(message) = waiting.messages.pop_front() else {
                 let is_over = waiting.muted.as_ref().is_some_and(|(u, _)| Instant::now() >= *u);
-                let held = if is_over { waiting.muted.take() } else { None };
                 drop(waiting);
                 self.check_connected()?;
-                if let Some((_, Some(message))) = held {
-                    self.send(&message);
+                if is_over {
+                    self.unmute();
                 }
                 continue;
             };
@@ -412,6 +434,31 @@ mod tests {
         for bytes in [&b"POST"[..], &0u32.to_le_bytes(), &2u32.to_le_bytes()] {
             let mut client = listener_to(&streams, bytes);
             assert_eq!(client.read(&mut [0]).unwrap(), 0, "{bytes:?}");
+        }
+    }
+
+    /// A listener at another address receives every state.
+    #[test]
+    fn listeners_of_a_client_that_loads_a_world_receive_nothing_until_it_listens_again() {
+        let streams = Arc::new(Streams::default());
+        let state = |content| Arc::new(vec![1, 0, 0, 0, content]);
+        let next = |client: &mut TcpStream| {
+            let mut received = [0; 5];
+            client.read_exact(&mut received).unwrap();
+            received[4]
+        };
+        let loader = IpAddr::from([127, 0, 0, 1]);
+        for (address, received) in [(loader, 3), ([127, 0, 0, 2].into(), 2)] {
+            streams.publish(WORLD, state(1));
+            let mut client = listener_to(&streams, &WORLD.to_le_bytes());
+            assert_eq!(next(&mut client), 1);
+            streams.begin_episode(Some(address));
+            streams.publish(WORLD, state(2));
+            streams.publish(WORLD, state(3));
+            streams.end_load(address);
+            assert_eq!(next(&mut client), received);
+            streams.publish(WORLD, state(4));
+            assert_eq!(next(&mut client), if received == 2 { 3 } else { 4 });
         }
     }
 

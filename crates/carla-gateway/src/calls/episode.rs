@@ -31,6 +31,7 @@ pub(super) fn token(call: &mut Call) -> Result<(), RpcError> {
         call.bridge.create_bundle(sensor)?;
         call.bridge.streams.expect(stream);
     } else if stream == WORLD {
+        call.bridge.end_load(call.peer);
         call.bridge.streams.expect(stream);
     }
     call.out.list(1).bin(&token_of(stream, call.ports.streams));
@@ -75,7 +76,7 @@ pub(super) fn load(call: &mut Call) -> Result<(), RpcError> {
         same if same == running || same.is_empty() => "",
         other => map_name(other)?,
     };
-    call.bridge.load_world(name, hidden_layers)?;
+    call.bridge.load_world(name, hidden_layers, Some(call.peer))?;
     if reset_settings {
         change(call, EpisodeSettings::of(&client_lib::wire::Settings::default()))?;
     }

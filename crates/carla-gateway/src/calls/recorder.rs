@@ -134,7 +134,7 @@ fn recording_of(call: &mut Call, path: &Path) -> Result<TemporaryFile, RpcError>
     let map: String = call.bridge.unlocked(header).map_err(rpc_error)?;
     let map = map.rsplit('/').next().unwrap_or_default().trim_end_matches(".xodr");
     if map != call.bridge.statics.map_name() {
-        call.bridge.load_world(map, 0)?;
+        call.bridge.load_world(map, 0, None)?;
     }
     let temporary =
         TemporaryFile(path.with_added_extension(format!("{}.mcap", std::process::id())));
