@@ -8,16 +8,11 @@ import tempfile
 import carla
 import numpy as np
 
-from effects_kit import TIMEOUT, near, pixels
+from effects_kit import TIMEOUT, near, of_frame, pixels
 from effects_snapshots import DESTROYED
 from ledger import LISTED, check, differs, ignored, refuses, works
 
 SIZE = {"image_size_x": 32, "image_size_y": 24, "fov": 80}
-
-
-def newest(measured, frame):
-    return next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
-                if one.frame == frame)
 
 
 def in_order(name, values):
@@ -33,7 +28,7 @@ def images(c):
     deep, depths = c.sensor("sensor.camera.depth", car, **SIZE)
     tags, labels = c.sensor("sensor.camera.semantic_segmentation", car, **SIZE)
     frame = c.ticks(2)
-    image, depth, label = (newest(one, frame) for one in (measured, depths, labels))
+    image, depth, label = (of_frame(one, frame) for one in (measured, depths, labels))
     assert image.frame == image.frame_number == frame
     works("SensorData.frame_number", "another name of `frame`")
     assert (image.width, image.height, image.fov) == (32, 24, 80.0)
@@ -63,7 +58,7 @@ def images(c):
     assert (pixels(depth)[..., :3] == grey[..., None]).all()
     assert np.abs(grey - raw * 255.0).max() < 1.5
     works("ColorConverter.Depth", "grey in proportion to the depth, white at 1 km")
-    again = newest(depths, c.ticks(1))
+    again = of_frame(depths, c.ticks(1))
     again.convert(carla.ColorConverter.LogarithmicDepth)
     assert pixels(again)[..., 0].mean() > grey.mean() + 20.0
     works("ColorConverter.LogarithmicDepth", "grey by the logarithm of the depth")
@@ -88,7 +83,7 @@ def flow_and_events(c):
     dvs, changes = c.sensor("sensor.camera.dvs", car, **SIZE)
     car.enable_constant_velocity(carla.Vector3D(x=8.0))
     frame = c.ticks(8)
-    moved = newest(moves, frame)
+    moved = of_frame(moves, frame)
     assert (moved.width, moved.height, moved.fov) == (32, 24, 80.0)
     assert len(moved) == len(list(moved)) == 32 * 24 and "size=32x24" in str(moved)
     moved[5] = carla.OpticalFlowPixel(0.5, 0.25)
@@ -109,7 +104,7 @@ def flow_and_events(c):
         "FakeImage.__contains__": lambda: 1 in coded, "FakeImage.__iter__": lambda: list(coded),
         "FakeImage.append": lambda: coded.append(1), "FakeImage.extend": lambda: coded.extend([1])},
         "a defect of the package: its methods do not accept its own class")
-    happened = newest(changes, frame)
+    happened = of_frame(changes, frame)
     assert (happened.width, happened.height, happened.fov) == (32, 24, 80.0)
     assert len(happened) == len(list(happened)) > 0
     assert f"frame={frame}, " in str(happened), str(happened)
@@ -144,7 +139,7 @@ def points(c):
     c.ticks(3)
     car.set_target_velocity(5.0 * car.get_transform().get_forward_vector())
     frame = c.ticks(1)
-    scan, label, echo = (newest(one, frame) for one in (scans, labels, echoes))
+    scan, label, echo = (of_frame(one, frame) for one in (scans, labels, echoes))
     numbers = np.frombuffer(scan.raw_data, dtype=np.float32).reshape(-1, 4)
     assert len(scan) == len(list(scan)) == len(numbers) > 100
     one = scan[7]
@@ -201,7 +196,7 @@ def events(c):
     imu, turns = c.sensor("sensor.other.imu", car)
     gnss, fixes = c.sensor("sensor.other.gnss", car)
     frame = c.ticks(2)
-    turn, fix = newest(turns, frame), newest(fixes, frame)
+    turn, fix = of_frame(turns, frame), of_frame(fixes, frame)
     height = c.map.transform_to_geolocation(fix.transform.location).altitude
     near(fix.altitude, height, 0.01)
     works("GnssMeasurement.altitude", "the height above the origin of the map, in metres")

@@ -62,6 +62,25 @@ class Context:
         return sensor, measured
 
 
+def arrived(measured, at_least=0):
+    """Returns what has been measured, at least so many: a listener receives measurements on a
+    thread of its own, on a loaded machine some time after the tick has ended."""
+    measurements = [measured.get(timeout=TIMEOUT) for _ in range(at_least)]
+    while True:
+        try:
+            measurements.append(measured.get(timeout=1.0))
+        except queue.Empty:
+            return measurements
+
+
+def of_frame(measured, frame):
+    """Waits for the measurement of this frame, and returns it."""
+    while True:
+        measurement = measured.get(timeout=TIMEOUT)
+        if measurement.frame == frame:
+            return measurement
+
+
 def pixels(image):
     return np.frombuffer(image.raw_data, dtype=np.uint8).reshape(image.height, image.width, 4)
 

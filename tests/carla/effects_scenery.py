@@ -3,7 +3,7 @@
 import carla
 import numpy as np
 
-from effects_kit import DELTA, TIMEOUT, near, pixels
+from effects_kit import DELTA, TIMEOUT, near, of_frame, pixels
 from ledger import check, differs, ignored, works
 
 
@@ -15,9 +15,7 @@ def weather(c):
 
     def brightness(altitude):
         c.world.set_weather(carla.WeatherParameters(sun_altitude_angle=altitude))
-        c.ticks(2)
-        while not measured.empty():
-            image = measured.get()
+        image = of_frame(measured, c.ticks(2))
         return pixels(image)[:, :, :3].mean()
 
     day, night = brightness(70.0), brightness(-30.0)
@@ -37,9 +35,7 @@ def layers_and_objects(c):
     camera, measured = c.sensor("sensor.camera.semantic_segmentation", None, view, **size)
 
     def tags():
-        c.ticks(2)
-        while not measured.empty():
-            image = measured.get()
+        image = of_frame(measured, c.ticks(2))
         return (pixels(image)[:, :, 2] == int(carla.CityObjectLabel.Buildings)).sum()
 
     all_there = tags()
@@ -75,9 +71,7 @@ def street_lights(c):
 
     def seen():
         """Returns the pixel at the light, three frames later: states are applied with frames."""
-        frame = c.ticks(3)
-        image = next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
-                     if one.frame == frame)
+        image = of_frame(measured, c.ticks(3))
         return [int(part) for part in pixels(image)[24, 32, 2::-1]]
 
     day = seen()
@@ -155,9 +149,7 @@ def debug_drawing(c):
 
     def drawn():
         frame = c.world.tick()
-        of_frame = (one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
-                    if one.frame == frame)
-        image = pixels(next(of_frame))[:, :, :3]
+        image = pixels(of_frame(measured, frame))[:, :, :3]
         rows, columns = np.nonzero((image == [0, 0, 255]).all(axis=2))
         return columns + 0.5, rows + 0.5
 

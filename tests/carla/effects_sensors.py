@@ -6,7 +6,7 @@ import queue
 import carla
 import numpy as np
 
-from effects_kit import TIMEOUT, near, pixels
+from effects_kit import TIMEOUT, arrived, near, of_frame, pixels
 from ledger import check, differs, works
 
 
@@ -38,18 +38,17 @@ def cameras(c):
           "plausible range")
     cameras["rgb"][0].stop()
     c.ticks(3)
-    while not cameras["rgb"][1].empty():
-        cameras["rgb"][1].get()
-    c.ticks(3)
+    arrived(cameras["rgb"][1])
+    frame = c.ticks(3)
     assert cameras["rgb"][1].empty()
     works("Sensor.stop", "no more images arrived")
-    for sensor, _ in cameras.values():
+    for name, (sensor, measured) in cameras.items():
+        if name != "rgb":
+            of_frame(measured, frame)
         sensor.destroy()
     slow, measured = c.sensor("sensor.camera.rgb", car, sensor_tick=0.2, **size)
     c.ticks(12)
-    frames = []
-    while not measured.empty():
-        frames.append(measured.get().frame)
+    frames = [image.frame for image in arrived(measured, 2)]
     assert 2 <= len(frames) <= 4 and all(b - a == 4 for a, b in zip(frames, frames[1:])), frames
     works("sensor_tick", "an image arrived every fourth frame")
     slow.destroy()
@@ -144,14 +143,6 @@ def lidars_and_radar(c):
     car.destroy()
 
 
-def newest(sensor, frame):
-    """Returns the measurement of a sensor at this frame."""
-    while True:
-        measured = sensor[1].get(timeout=TIMEOUT)
-        if measured.frame == frame:
-            return measured
-
-
 @check
 def physics_sensors(c):
     car = c.car()
@@ -175,7 +166,7 @@ def physics_sensors(c):
     near(c.world.get_imui_sensor_gravity(), 1.62, 1e-6)
     c.ticks(2)
     frame = c.world.tick()
-    measured_now = newest(imu, frame)
+    measured_now = of_frame(imu[1], frame)
     near(measured_now.accelerometer.z, 1.62, 0.1)
     c.world.set_imui_sensor_gravity(9.81)
     works("World.set_imui_sensor_gravity World.get_imui_sensor_gravity",
@@ -186,7 +177,7 @@ def physics_sensors(c):
     c.ticks(3)
     car.set_transform(away)
     for _ in range(3):
-        measured_now = newest(imu, c.world.tick())
+        measured_now = of_frame(imu[1], c.world.tick())
         assert abs(measured_now.accelerometer.x) < 20.0, measured_now
     works("sensor.other.imu:teleport", "the IMU measured no acceleration from a teleport")
     frame = c.world.tick()
@@ -211,10 +202,8 @@ def physics_sensors(c):
     mass = car.get_physics_control().mass
     car.set_target_velocity(12.0 * car.get_transform().get_forward_vector())
     c.ticks(30)
-    events = []
-    while not hits[1].empty():
-        events.append(hits[1].get())
-    assert events and len({event.frame for event in events}) == len(events)
+    events = arrived(hits[1], 1)
+    assert len({event.frame for event in events}) == len(events)
     assert all(e.actor.id == car.id and e.other_actor.id == wall.id for e in events)
     given = sum(event.normal_impulse.x * ahead.get_forward_vector().x
                 + event.normal_impulse.y * ahead.get_forward_vector().y for event in events)
@@ -232,10 +221,9 @@ def physics_sensors(c):
     car.set_transform(facing)
     blind = c.sensor("sensor.other.obstacle", car, distance=40, only_dynamics=True)
     for queue in (obstacle[1], blind[1]):
-        while not queue.empty():
-            queue.get()
+        arrived(queue)
     frame = c.world.tick()
-    seen = newest(obstacle, frame)
+    seen = of_frame(obstacle[1], frame)
     assert seen.other_actor.id == 0 and seen.other_actor.type_id.startswith("static."), seen
     assert 0.0 <= seen.distance < 9.0, seen
     assert blind[1].empty() or blind[1].get().other_actor.type_id.startswith("vehicle.")
@@ -258,9 +246,7 @@ def radios(c):
     stations = [c.sensor("sensor.other.v2x", car, **quiet) for car in cars]
     chats = [c.sensor("sensor.other.v2x_custom", car, **quiet) for car in cars]
     c.ticks(30)
-    events = []
-    while not stations[0][1].empty():
-        events.append(stations[0][1].get())
+    events = arrived(stations[0][1], 1)
     assert 1 <= len(events) <= 3 and all(len(event) == 1 for event in events), events
     received = events[-1][0].get()
     message = received["Message"]["Message"]["CAM Parameters"]
@@ -334,11 +320,7 @@ def normals_flow_and_events(c):
     c.ticks(10)
     frame = c.world.tick()
 
-    def of_frame(measured):
-        return next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
-                    if one.frame == frame)
-
-    image, moved, events = of_frame(lie), of_frame(move), of_frame(change)
+    image, moved, events = (of_frame(one, frame) for one in (lie, move, change))
     # The road is below the camera: z, which is blue, points up.
     b, g, r = (int(value) for value in pixels(image)[115, 80, :3])
     assert b > 250 and abs(g - 128) < 12 and abs(r - 128) < 12, (r, g, b)
@@ -389,29 +371,28 @@ def gbuffer_textures(c):
     c.ticks(10)
     frame = c.world.tick()
 
-    def of_frame(measured):
-        found = next(one for one in iter(lambda: measured.get(timeout=TIMEOUT), None)
-                     if one.frame == frame)
+    def image_of(measured):
+        found = of_frame(measured, frame)
         assert (found.width, found.height, found.fov) == (160, 120, 90.0)
         return pixels(found)[:, :, 2::-1].astype(int)
 
-    depth, tags, normals = (of_frame(others[name][1]) for name in ("depth", "tags", "normals"))
-    assert (of_frame(textures["SceneColor"]) == of_frame(image)).all()
+    depth, tags, normals = (image_of(others[name][1]) for name in ("depth", "tags", "normals"))
+    assert (image_of(textures["SceneColor"]) == image_of(image)).all()
     metres = (depth @ [1, 256, 65536]) / 16777215.0 * 1000.0
     share = np.clip(metres / 160.0, 0.0, 1.0)
     grey = np.where(share <= 0.0031308, share * 12.92, 1.055 * share ** (1 / 2.4) - 0.055) * 255.0
     for name in ("SceneDepth", "CustomDepth"):
-        seen = of_frame(textures[name])
+        seen = image_of(textures[name])
         assert (np.abs(seen - grey[:, :, None]) <= 0.6).all() and len(np.unique(seen)) > 30
     for name in ("SceneStencil", "CustomStencil"):
-        assert (of_frame(textures[name]) == tags[:, :, :1]).all()
+        assert (image_of(textures[name]) == tags[:, :, :1]).all()
     # The texture is in world axes; rotated into the camera's axes, it equals the normals camera.
     yaw = math.radians(car.get_transform().rotation.yaw + 30.0)
-    x, y, z = ((of_frame(textures["GBufferA"]) - 127.5) / 127.5).transpose(2, 0, 1)
+    x, y, z = ((image_of(textures["GBufferA"]) - 127.5) / 127.5).transpose(2, 0, 1)
     turned = np.stack([x * math.cos(yaw) + y * math.sin(yaw), y * math.cos(yaw) - x * math.sin(yaw), z])
     apart = np.abs(turned - (normals - 127.5).transpose(2, 0, 1) / 127.5).max(axis=0)
     assert np.median(apart) < 0.05 and (z > 0.9).sum() > 2000, np.median(apart)
-    moving = of_frame(textures["Velocity"])
+    moving = image_of(textures["Velocity"])
     # The road moves down in the image, which is encoded as less than a half.
     assert (moving[115:, :, 1] < 126).all() and (moving[:, :, 2] == 0).all()
     works("ServerSideSensor.listen_to_gbuffer ServerSideSensor.is_listening_gbuffer "
@@ -421,14 +402,14 @@ def gbuffer_textures(c):
           "axes, tags, velocities")
     differs("GBufferTextureID.SceneStencil", "the semantic tags")
     for name in ("GBufferB", "GBufferC", "GBufferD", "GBufferE", "GBufferF", "SSAO"):
-        assert not of_frame(textures[name]).any()
+        assert not image_of(textures[name]).any()
         differs(f"GBufferTextureID.{name}",
                 "black, as CARLA sends textures that a scene does not have; this simulator's "
                 "shading does not use it")
     camera.stop_gbuffer(carla.GBufferTextureID.Velocity)
     assert not camera.is_listening_gbuffer(carla.GBufferTextureID.Velocity)
     c.ticks(5)
-    assert textures["Velocity"].empty() and not textures["SSAO"].empty()
+    assert arrived(textures["SSAO"], 1) and textures["Velocity"].empty()
     works("ServerSideSensor.stop_gbuffer", "no more textures arrived")
     camera.enable_gbuffers(True)
     differs("ServerSideSensor.enable_gbuffers",

@@ -3,8 +3,7 @@
 import carla
 import numpy as np
 
-from effects_events import newest
-from effects_kit import near, pixels
+from effects_kit import near, of_frame, pixels
 from ledger import check, differs, ignored, local, refuses, works
 
 LABELS = carla.CityObjectLabel
@@ -60,7 +59,7 @@ def tags_in_images(c):
     frame = c.ticks(2)
     tags = set()
     for camera, images in cameras:
-        tags.update(int(tag) for tag in np.unique(pixels(newest(images, frame))[:, :, 2]))
+        tags.update(int(tag) for tag in np.unique(pixels(of_frame(images, frame))[:, :, 2]))
         camera.destroy()
     for one in [car, *others]:
         one.destroy()
@@ -80,7 +79,7 @@ def every_layer(c):
                               image_size_x=160, image_size_y=120)
 
     def seen():
-        return pixels(newest(images, c.ticks(2))).copy()
+        return pixels(of_frame(images, c.ticks(2))).copy()
 
     whole = before = seen()
     for name, layer in sorted(carla.MapLayer.names.items(), key=lambda one: int(one[1])):

@@ -2,7 +2,7 @@
 
 import carla
 
-from effects_kit import DELTA, near
+from effects_kit import DELTA, arrived, near
 from ledger import LISTED, check, differs, ignored, works
 from values_records import short
 
@@ -54,8 +54,7 @@ def settings_are_returned(c):
     settings = c.world.get_settings()
     settings.no_rendering_mode = True
     c.world.apply_settings(settings)
-    while not images.empty():
-        images.get()
+    arrived(images)
     c.ticks(4)
     assert c.world.get_settings().no_rendering_mode
     blind = images.qsize()
