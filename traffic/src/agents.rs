@@ -24,6 +24,9 @@ pub(crate) struct Agents {
     pub(crate) position: Vec<Vec3>,
     /// Unit vector along the vehicle's x axis, projected onto the ground plane.
     pub(crate) forward: Vec<Vec2>,
+    /// By how much the body shifts for each metre of height: the unit vector along the vehicle's z axis,
+    /// projected onto the ground plane.
+    pub(crate) lean: Vec<Vec2>,
     /// Velocity in the ground plane of world space, metres per second.
     pub(crate) velocity: Vec<Vec2>,
     /// Yaw rate about the world's z axis, radians per second.
@@ -82,7 +85,8 @@ impl Agents {
                 continue;
             }
             let ours = vehicle && actor.has(flag::AUTOPILOT) && !actor.has(flag::KINEMATIC);
-            let forward = actor.pose.rotation() * Vec3::X;
+            let rotation = actor.pose.rotation();
+            let forward = rotation * Vec3::X;
             let flat = forward.truncate().try_normalize().unwrap_or(Vec2::X);
             let acceleration = Vec3::from_array(actor.acceleration_mps2);
             let (agent, body) = (self.id.len() as u32, bodies.of(actor.blueprint));
@@ -92,6 +96,7 @@ impl Agents {
             self.id.push(actor.actor_id.0);
             self.position.push(actor.pose.position());
             self.forward.push(flat);
+            self.lean.push((rotation * Vec3::Z).truncate());
             self.velocity.push(actor.velocity().truncate());
             self.yaw_rate.push(actor.angular_velocity_radps[2]);
             self.acceleration.push(acceleration.dot(forward));
@@ -131,6 +136,7 @@ impl Agents {
         self.id.clear();
         self.position.clear();
         self.forward.clear();
+        self.lean.clear();
         self.velocity.clear();
         self.yaw_rate.clear();
         self.acceleration.clear();
@@ -152,7 +158,7 @@ impl Agents {
         let [x, y, z] = self.position[agent].to_array();
         let [ahead_x, ahead_y] = self.forward[agent].to_array();
         let [to_x, to_y] = self.velocity[agent].to_array();
-        // The class follows from the blueprint, as the other properties of the body do.
+        // The class follows from the blueprint, as the other properties of the body do. No height counts.
         let Body {
             front_m,
             rear_m,
@@ -160,6 +166,7 @@ impl Agents {
             wheelbase_m,
             max_steer_rad,
             cruise_speed_mps,
+            height_m: _,
             class: _,
         } = self.body[agent];
         [

@@ -11,6 +11,8 @@ pub(crate) struct Body {
     pub(crate) rear_m: f32,
     /// Half the width.
     pub(crate) half_width_m: f32,
+    /// Height of the roof above the origin.
+    pub(crate) height_m: f32,
     /// Distance between the axles.
     pub(crate) wheelbase_m: f32,
     /// Largest steering angle of the front wheels at standstill.
@@ -37,6 +39,7 @@ pub(crate) const CAR: Body = Body {
     front_m: 2.35,
     rear_m: 2.35,
     half_width_m: 0.95,
+    height_m: 1.6,
     wheelbase_m: 2.8,
     max_steer_rad: 0.61,
     cruise_speed_mps: 40.0,
@@ -131,6 +134,7 @@ impl Body {
             front_m: half.x + center.x,
             rear_m: half.x - center.x,
             half_width_m: half.y,
+            height_m: half.z + center.z,
             wheelbase_m: if blueprint.wheelbase_m > 0.5 { blueprint.wheelbase_m } else { 2.8 },
             max_steer_rad: match blueprint.base_type {
                 "truck" => 0.75,

@@ -26,6 +26,8 @@ const START_MPS: f32 = 0.2;
 /// Clearance that remains, and between vehicles that are nearer already.
 const MARGIN_M: f32 = 0.04;
 const NEAR_M: f32 = 0.02;
+/// By how much vehicles that are nearer than that too may approach: the prediction is no more exact.
+const NEARER_M: f32 = 0.002;
 /// Distance from its line at which a vehicle may stay in a curve.
 const SLIP_M: f32 = 0.2;
 /// Step of the prediction.
@@ -60,7 +62,7 @@ struct Bounds {
     agent: u32,
     low: Vec2,
     high: Vec2,
-    /// Half the diagonal of the body.
+    /// Half the diagonal of the body, and the shift of its roof.
     radius_m: f32,
     /// Longest way of a step.
     stride_m: f32,
@@ -95,7 +97,9 @@ impl Emergencies {
         bounds.clear();
         bounds.extend((0..agents.count() as u32).filter_map(|agent| {
             let body = &agents.body[agent as usize];
-            let radius_m = 0.5 * body.length_m().hypot(2.0 * body.half_width_m) + MARGIN_M;
+            let shift_m = body.height_m * agents.lean[agent as usize].length();
+            let radius_m =
+                0.5 * body.length_m().hypot(2.0 * body.half_width_m) + shift_m + MARGIN_M;
             let middles = of(agent).iter().map(|place| place.middle);
             let low = middles.clone().reduce(Vec2::min)? - radius_m;
             let high = middles.reduce(Vec2::max)? + radius_m;
@@ -109,14 +113,25 @@ impl Emergencies {
             for other in near.filter(|other| other.low.y <= one.high.y && one.low.y <= other.high.y)
             {
                 let pair = [one, other];
-                let Some(step) = first_touch(pair, agents, of) else { continue };
-                for [own, other] in [pair, [other, one]] {
+                let ways = pair.map(|bounds| of(bounds.agent));
+                let together = first_touch(pair, ways, agents);
+                for side in [0, 1] {
+                    let (own, other) = (pair[side].agent, pair[1 - side].agent);
+                    if !is_driven(vehicles, own, agents) || !occupancy.reacts_to(own, other) {
+                        continue;
+                    }
+                    // One that stands may start or not.
+                    let stays = || {
+                        let mut ways = ways;
+                        ways[1 - side] = &ways[1 - side][..1];
+                        let stands = agents.velocity[other as usize].length() < START_MPS;
+                        stands.then(|| first_touch(pair, ways, agents)).flatten()
+                    };
                     // One that stands by then does not brake for the other.
-                    let brakes = step < of(own.agent).len()
-                        && is_driven(vehicles, own.agent, agents)
-                        && occupancy.reacts_to(own.agent, other.agent);
-                    let row = agents.row[own.agent as usize] as usize;
-                    found.extend(brakes.then_some((row, other.agent)));
+                    let moves = |step: usize| step < ways[side].len();
+                    if together.is_some_and(moves) || stays().is_some_and(moves) {
+                        found.push((agents.row[own as usize] as usize, other));
+                    }
                 }
             }
         });
@@ -160,18 +175,19 @@ fn push_places(
     }));
 }
 
-/// Returns the first step after which two vehicles touch; `None` if they do not, or touch already.
-fn first_touch<'a>(
-    pair: [&Bounds; 2],
-    agents: &Agents,
-    of: impl Fn(u32) -> &'a [Place],
-) -> Option<usize> {
+/// Returns the first step after which two vehicles are nearer than the clearance that remains; `None` if
+/// there is none.
+///
+/// They may touch at the ground or at the lower of the two roofs: where the road bends down and up again,
+/// and where they brake, bodies pitch towards each other.
+fn first_touch(pair: [&Bounds; 2], ways: [&[Place]; 2], agents: &Agents) -> Option<usize> {
     let agent = pair.map(|bounds| bounds.agent as usize);
     let apart_m = (agents.position[agent[0]].z - agents.position[agent[1]].z).abs();
-    let ways = pair.map(|bounds| of(bounds.agent));
     let reach_m = pair[0].radius_m + pair[1].radius_m;
     let stride_m = pair[0].stride_m + pair[1].stride_m;
     let last = ways[0].len().max(ways[1].len()) - 1;
+    let roof_m = agents.body[agent[0]].height_m.min(agents.body[agent[1]].height_m);
+    let shift = (agents.lean[agent[0]] - agents.lean[agent[1]]) * roof_m;
     let (mut step, mut margin_m) = (0, MARGIN_M);
     while step <= last && apart_m < STOREY_M {
         let places = ways.map(|way| &way[step.min(way.len() - 1)]);
@@ -181,16 +197,18 @@ fn first_touch<'a>(
             step += 1 + (gap_m / stride_m) as usize;
             continue;
         }
-        let [one, other] = [0, 1].map(|side| {
+        let [ground, other] = [0, 1].map(|side| {
             let body = &agents.body[agent[side]];
             let half = Vec2::new(0.5 * body.length_m(), body.half_width_m);
             Footprint { middle: places[side].middle, forward: places[side].forward, half }
         });
-        if step == 0 && one.grown(MARGIN_M).touches(&other) {
-            margin_m = NEAR_M;
+        let roof = Footprint { middle: ground.middle + shift, ..ground };
+        let gap_m = ground.gap_m(&other).min(roof.gap_m(&other));
+        if step == 0 && gap_m < MARGIN_M {
+            margin_m = NEAR_M.min(gap_m - NEARER_M);
         }
-        if one.grown(margin_m).touches(&other) {
-            return (step > 0).then_some(step);
+        if gap_m < margin_m {
+            return Some(step);
         }
         step += 1;
     }
@@ -253,6 +271,38 @@ mod tests {
         assert_eq!(gap_m(0.06, 0.0), [0]);
         let beside = Car { parked: true, ..car(40.0, 2.05, 0.0) };
         assert_eq!(braking(vec![car(33.0, 0.0, 5.0), beside]), [0; 0], "15 cm remain");
+    }
+
+    #[test]
+    fn a_vehicle_brakes_where_bodies_pitch_towards_each_other() {
+        let pitched = |own: f32, other: f32| {
+            let parked = Car { parked: true, pitch: other, ..car(40.0, 1.85, 0.0) };
+            braking(vec![Car { pitch: own, ..car(40.0 - 4.7 - 0.15, 0.0, 0.0) }, parked])
+        };
+        assert_eq!(pitched(0.0, 0.0), [0; 0], "it may start");
+        // The roofs are 10 cm nearer than the bumpers.
+        assert_eq!(pitched(-0.04, 0.025), [0]);
+        assert_eq!(pitched(0.04, 0.04), [0; 0], "both are on the same slope");
+        assert_eq!(pitched(0.04, -0.025), [0; 0], "on a crest");
+    }
+
+    #[test]
+    fn a_vehicle_does_not_count_on_the_start_of_one_that_stands() {
+        let apart =
+            |gap_m: f32| braking(vec![car(40.0 - 4.7 - gap_m, 0.0, 0.0), car(40.0, 0.0, 0.0)]);
+        assert_eq!(apart(0.06), [0]);
+        assert_eq!(apart(0.1), [0; 0]);
+    }
+
+    #[test]
+    fn vehicles_that_are_too_near_do_not_approach() {
+        let beside = |x: f32, left_m: f32| {
+            let parked = Car { parked: true, ..car(x, left_m, 0.0) };
+            braking(vec![car(40.0, 0.0, 0.0), parked])
+        };
+        assert_eq!(beside(40.0 + 4.71, 0.0), [0]);
+        assert_eq!(beside(40.0 - 4.71, 0.0), [0; 0], "it drives away");
+        assert_eq!(beside(40.0, 1.91), [0; 0], "it passes");
     }
 
     #[test]

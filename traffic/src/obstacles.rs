@@ -72,15 +72,27 @@ impl Footprint {
         Footprint { half: self.half + by_m, ..self }
     }
 
-    /// Returns whether two rectangles touch, by separating axes.
+    /// Returns whether two rectangles touch.
     pub(crate) fn touches(&self, other: &Footprint) -> bool {
-        let to = other.middle - self.middle;
+        self.gaps_m(other).all(|gap_m| gap_m <= 0.0)
+    }
+
+    /// Returns the gap between two rectangles, negative if they overlap: the largest along their axes,
+    /// which is less than the distance of two corners.
+    pub(crate) fn gap_m(&self, other: &Footprint) -> f32 {
+        self.gaps_m(other).fold(f32::NEG_INFINITY, f32::max)
+    }
+
+    /// Returns the gaps along the axes of both rectangles.
+    fn gaps_m(&self, other: &Footprint) -> impl Iterator<Item = f32> {
+        let (one, other) = (*self, *other);
+        let to = other.middle - one.middle;
         let reach = |of: &Footprint, axis: Vec2| {
             of.half.x * of.forward.dot(axis).abs() + of.half.y * of.forward.perp_dot(axis).abs()
         };
-        [self.forward, self.forward.perp(), other.forward, other.forward.perp()]
+        [one.forward, one.forward.perp(), other.forward, other.forward.perp()]
             .into_iter()
-            .all(|axis| to.dot(axis).abs() <= reach(self, axis) + reach(other, axis))
+            .map(move |axis| to.dot(axis).abs() - (reach(&one, axis) + reach(&other, axis)))
     }
 }
 
@@ -414,5 +426,7 @@ mod tests {
         assert!(!here.touches(&place(0.0, 2.1, 0.0)));
         assert!(here.touches(&place(0.0, 2.9, std::f32::consts::FRAC_PI_2)));
         assert!(!here.touches(&place(3.1, 1.9, 2.4)));
+        assert!((here.gap_m(&place(4.3, 1.0, 0.0)) - 0.3).abs() < 1e-4);
+        assert!((here.gap_m(&place(0.0, 1.9, 0.0)) + 0.1).abs() < 1e-4);
     }
 }
