@@ -194,6 +194,13 @@ impl Agents {
             && self.velocity[agent].length() < STANDING_MPS
     }
 
+    /// Returns by how much the body of one agent is shifted against that of another at the lower of the two
+    /// roofs: in a dip, and where they brake, bodies pitch towards each other.
+    pub(crate) fn roof_shift(&self, one: usize, other: usize) -> Vec2 {
+        let roof_m = self.body[one].height_m.min(self.body[other].height_m);
+        (self.lean[one] - self.lean[other]) * roof_m
+    }
+
     /// Returns the signed speed along `forward`, metres per second.
     pub(crate) fn speed(&self, agent: usize) -> f32 {
         self.velocity[agent].dot(self.forward[agent])

@@ -178,16 +178,14 @@ fn push_places(
 /// Returns the first step after which two vehicles are nearer than the clearance that remains; `None` if
 /// there is none.
 ///
-/// They may touch at the ground or at the lower of the two roofs: where the road bends down and up again,
-/// and where they brake, bodies pitch towards each other.
+/// They may touch at the ground or at the lower of the two roofs.
 fn first_touch(pair: [&Bounds; 2], ways: [&[Place]; 2], agents: &Agents) -> Option<usize> {
     let agent = pair.map(|bounds| bounds.agent as usize);
     let apart_m = (agents.position[agent[0]].z - agents.position[agent[1]].z).abs();
     let reach_m = pair[0].radius_m + pair[1].radius_m;
     let stride_m = pair[0].stride_m + pair[1].stride_m;
     let last = ways[0].len().max(ways[1].len()) - 1;
-    let roof_m = agents.body[agent[0]].height_m.min(agents.body[agent[1]].height_m);
-    let shift = (agents.lean[agent[0]] - agents.lean[agent[1]]) * roof_m;
+    let shift = agents.roof_shift(agent[0], agent[1]);
     let (mut step, mut margin_m) = (0, MARGIN_M);
     while step <= last && apart_m < STOREY_M {
         let places = ways.map(|way| &way[step.min(way.len() - 1)]);
@@ -202,8 +200,7 @@ fn first_touch(pair: [&Bounds; 2], ways: [&[Place]; 2], agents: &Agents) -> Opti
             let half = Vec2::new(0.5 * body.length_m(), body.half_width_m);
             Footprint { middle: places[side].middle, forward: places[side].forward, half }
         });
-        let roof = Footprint { middle: ground.middle + shift, ..ground };
-        let gap_m = ground.gap_m(&other).min(roof.gap_m(&other));
+        let gap_m = ground.gap_m(&other).min(ground.shifted(shift).gap_m(&other));
         if step == 0 && gap_m < MARGIN_M {
             margin_m = NEAR_M.min(gap_m - NEARER_M);
         }

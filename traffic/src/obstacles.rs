@@ -72,6 +72,11 @@ impl Footprint {
         Footprint { half: self.half + by_m, ..self }
     }
 
+    /// Returns the footprint moved by a vector.
+    pub(crate) fn shifted(self, by: Vec2) -> Footprint {
+        Footprint { middle: self.middle + by, ..self }
+    }
+
     /// Returns whether two rectangles touch.
     pub(crate) fn touches(&self, other: &Footprint) -> bool {
         self.gaps_m(other).all(|gap_m| gap_m <= 0.0)

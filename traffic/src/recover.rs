@@ -181,9 +181,14 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
             let at = agents.position[other].truncate() + velocity * after_s;
             Footprint::of(&agents.body[other], at, agents.forward[other])
         };
-        let is_near = now.grown(SWING_M).touches(&place(0.0));
+        let shift = agents.roof_shift(agent, other);
+        let touches = |own: &Footprint, margin_m: f32, place: &Footprint| {
+            let ground = own.grown(margin_m);
+            ground.touches(place) || ground.shifted(shift).touches(place)
+        };
+        let is_near = touches(&now, SWING_M, &place(0.0));
         let margin_m = if is_near { TOUCHING_M } else { SWING_M };
-        way.iter().all(|(after_s, back)| !back.grown(margin_m).touches(&place(*after_s)))
+        way.iter().all(|(after_s, back)| !touches(back, margin_m, &place(*after_s)))
     })
 }
 
@@ -243,12 +248,17 @@ fn touches(
 mod tests {
     use super::*;
     use crate::body::Bodies;
-    use glam::Vec3;
+    use glam::{Quat, Vec3};
     use protocol::{ActorId, ActorState, Pose, kind};
 
     /// Returns whether a bus at the origin that heads along x may drive back with its wheels turned to the
     /// left, while a car at this place drives along x.
     fn may_back_beside(car: Option<(Vec3, f32)>) -> bool {
+        may_back_leaning(car, 0.0)
+    }
+
+    /// As [`may_back_beside`], while the car leans to its left by this angle.
+    fn may_back_leaning(car: Option<(Vec3, f32)>, lean_rad: f32) -> bool {
         let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
         let actor = |id: u32, blueprint: u32, (at, mps): (Vec3, f32)| ActorState {
             actor_id: ActorId(id),
@@ -259,7 +269,13 @@ mod tests {
             ..ActorState::default()
         };
         let mut actors = vec![actor(1, bus, (Vec3::ZERO, 0.0))];
-        actors.extend(car.map(|car| actor(2, u32::MAX, car)));
+        let rotation = Quat::from_rotation_x(-lean_rad);
+        actors.extend(
+            car.map(|car| ActorState {
+                pose: Pose::new(car.0, rotation),
+                ..actor(2, u32::MAX, car)
+            }),
+        );
         let mut agents = Agents::default();
         agents.read(&actors, &Bodies::from_catalogue());
         may_back(&agents, 0, 0.48)
@@ -272,6 +288,9 @@ mod tests {
         // The front swings to the right in reverse.
         assert!(!may_back_beside(Some((Vec3::new(3.5, -2.75, 0.0), 0.0))), "one is on the right");
         assert!(may_back_beside(Some((Vec3::new(3.5, 2.75, 0.0), 0.0))), "one is on the left");
+        let beside = Some((Vec3::new(3.5, -3.69, 0.0), 0.0));
+        assert!(may_back_beside(beside), "there is room");
+        assert!(!may_back_leaning(beside, 0.05), "its roof is 8 cm nearer");
         assert!(
             !may_back_beside(Some((Vec3::new(-9.0, -2.75, 0.0), 12.0))),
             "one comes from behind"
