@@ -201,15 +201,19 @@ impl Crown<'_> {
         // Most leaves are small; a few are as large as the species allows.
         let young = random.unit();
         let size = self.leaf_m * (0.62 + 0.75 * young * young) * large;
-        let slim = random.between(0.24, 0.36);
-        let (long, wide) = (along * size * 0.5, normal.cross(along) * size * slim);
         builder.tinted(Material::Leaves, self.green(far.min(1.0), offset.z, shade, random));
-        let fold = normal * size * 0.08 - long * 0.32;
-        let tip = at + long - Vec3::Z * size * 0.1;
-        let [a, b, c, d] =
-            [at - long, at + wide + fold, tip, at - wide + fold].map(|p| builder.vertex(p));
-        builder.triangle([a, c, b]);
-        builder.triangle([a, d, c]);
+        // Two blades from one stalk, each turned about it.
+        let across = normal.cross(along);
+        for side in [-1.0, 1.0] {
+            let spread = random.between(0.25, 0.75) * side;
+            let blade = along * spread.cos() + across * spread.sin();
+            let wide = normal.cross(blade) * size * random.between(0.38, 0.52)
+                + normal * size * random.between(-0.12, 0.12);
+            let foot = at + (blade * random.between(0.02, 0.14) - along * 0.35) * size;
+            let tip = foot + (blade * random.between(0.60, 0.80) - Vec3::Z * 0.1) * size;
+            let [a, b, c] = [foot + wide * 0.5, foot - wide * 0.5, tip].map(|p| builder.vertex(p));
+            builder.triangle([a, b, c]);
+        }
     }
 
     /// The distance of the surface from the middle in a direction, as a fraction of the radii.
