@@ -81,7 +81,7 @@ impl Light {
         let haze = horizon.lerp(Vec3::splat((horizon.x + horizon.y + horizon.z) / 3.0), fog);
         let rain = share(weather.precipitation);
         let extinction = 0.00016 + 0.0008 * rain + 0.03 * fog * fog + 0.0006 * fog;
-        let exposure = 0.62 + 1.4 * (1.0 - day) + 0.35 * overcast * day;
+        let exposure = 0.62 + 0.9 * (1.0 - day) + 0.35 * overcast * day;
         let seconds = (sim_time_nanos % 3_600_000_000_000) as f32 * 1e-9;
         Light {
             sun: sun.extend(f32::from(is_sun && sun_color.max_element() > 0.004)),

@@ -303,7 +303,9 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
         f32::from(u8::from(is_signal && shown == phase))
     };
     let dark = if on & lights::PARKED != 0 { 0.0 } else { dark };
-    let amber = Vec3::new(3.6, 1.5, 0.08);
+    // Chromaticity (0.54, 0.40), between the limits of UN R148 towards red, y = 0.390, and green, y = x − 0.120;
+    // the one towards white lies outside of sRGB.
+    let amber = Vec3::new(3.6, 0.8, 0.03);
     match code {
         LAMP_WHITE => {
             let low = shines(lamp::LOW_BEAM | lamp::HIGH_BEAM);
@@ -329,7 +331,8 @@ fn actor_emission(code: usize, on: u32, dark: f32, albedo: Vec3) -> Vec3 {
             albedo * BEACON_GAIN * shines(if is_second { lamp::SPECIAL2 } else { lamp::SPECIAL1 })
         }
         SIGNAL_RED => Vec3::new(4.0, 0.12, 0.06) * shows(protocol::light::RED),
-        SIGNAL_YELLOW => Vec3::new(3.6, 1.9, 0.08) * shows(protocol::light::YELLOW),
+        // Chromaticity (0.52, 0.42), between the limits of EN 12368, y = 0.387 and y = 0.727 x + 0.054.
+        SIGNAL_YELLOW => Vec3::new(3.6, 0.97, 0.03) * shows(protocol::light::YELLOW),
         SIGNAL_GREEN => Vec3::new(0.1, 3.0, 0.15) * shows(protocol::light::GREEN),
         _ => Vec3::ZERO,
     }

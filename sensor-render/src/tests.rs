@@ -640,5 +640,10 @@ fn lamps_show_the_state_of_the_actor() {
             let [r, g, b, _] = colors[33 * 90 + 45].map(u32::from);
             assert!(10 * r.max(b) < 6 * g, "the green lamp is [{r}, {g}, {b}]");
         }
+        if phase == protocol::light::YELLOW {
+            let [r, g, b, _] = colors[45 * 90 + 45].map(u32::from);
+            let is_yellow = 100 * g < 92 * r && 10 * g > 7 * r && 10 * b < 5 * r;
+            assert!(is_yellow, "the yellow lamp is [{r}, {g}, {b}]");
+        }
     }
 }

@@ -27,11 +27,13 @@ pub(crate) fn table(effects: &EffectsSpec) -> [f32; CURVE] {
 
 /// Coefficients of the curve of cameras without effects, c₀ to c₄ in
 /// x (c₀ x + c₁) / (x (c₂ x + c₃) + c₄) of the exposed radiance x: that of J. Hable, *Uncharted 2: HDR
-/// Lighting*, GDC 2010, ((x (A x + C B) + D E) / (x (A x + B) + D F) − E / F) of 3 x, divided by its value
-/// at x = 4.5, with the constants of those slides but a steeper toe, E = 0.02 as in his later ones.
+/// Lighting*, GDC 2010, ((x (A x + C B) + D E) / (x (A x + B) + D F) − E / F) of 4 x, divided by its value
+/// at x = 3.4, with a stronger toe and less of the linear part than in those slides, so that the contrast of
+/// middle tones is that of cameras: the curve follows the fit of K. Narkowicz, *ACES Filmic Tone Mapping
+/// Curve*, 2015, of 1.07 x, within 5 of 255.
 pub(crate) const HABLE: [f64; 5] = {
-    let [a, b, c, d, e, f] = [0.22, 0.30, 0.10, 0.20, 0.02, 0.30];
-    let (gain, white) = (3.0, 3.0 * 4.5);
+    let [a, b, c, d, e, f] = [0.22, 0.20, 0.11, 0.60, 0.02, 0.30];
+    let (gain, white) = (4.0, 4.0 * 3.4);
     let (square, line, foot) = (a * (1.0 - e / f), b * (c - e / f), d * f);
     let of_white = white * (square * white + line) / (white * (a * white + b) + foot);
     [square * gain * gain / of_white, line * gain / of_white, a * gain * gain, b * gain, foot]
@@ -39,7 +41,7 @@ pub(crate) const HABLE: [f64; 5] = {
 
 /// Share of the way that the values of a pixel move towards their luma, as the channels of a sensor overlap.
 /// After the curve, where a bright colour has no more weight than a dark one: before it, a lamp turned white.
-pub(crate) const MUTED: f32 = 0.12;
+pub(crate) const MUTED: f32 = 0.08;
 
 /// Weights of luma, ITU-R BT.709.
 pub(crate) const LUMA: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
@@ -150,12 +152,20 @@ mod tests {
 
     #[test]
     fn the_curve_is_that_of_hable_with_its_white_and_without_its_offset() {
-        let hable =
-            |x: f64| ((x * (0.22 * x + 0.03) + 0.004) / (x * (0.22 * x + 0.3) + 0.06)) - 0.02 / 0.3;
-        for x in [0.0, 0.002, 0.05, 0.18, 1.0, 4.5] {
-            let expected = hable(3.0 * x) / hable(3.0 * 4.5);
+        let hable = |x: f64| {
+            ((x * (0.22 * x + 0.022) + 0.012) / (x * (0.22 * x + 0.2) + 0.18)) - 0.02 / 0.3
+        };
+        for x in [0.0, 0.002, 0.05, 0.18, 1.0, 3.4] {
+            let expected = hable(4.0 * x) / hable(4.0 * 3.4);
             assert!((fit(x) - expected).abs() < 1e-9, "{x}: {} {expected}", fit(x));
         }
+    }
+
+    #[test]
+    fn shadows_have_the_contrast_of_a_camera_and_sunlit_white_is_below_the_white_point() {
+        // Two stops, of surfaces in the shade.
+        assert!(fit(0.08) > 7.5 * fit(0.02), "{} {}", fit(0.08), fit(0.02));
+        assert!((0.80..0.88).contains(&fit(1.0)), "{}", fit(1.0));
     }
 
     #[test]

@@ -63,7 +63,7 @@ const SEEDS: [(&str, u64); 8] = [
 ];
 
 /// Exposure values between which the camera of the pictures exposes: streets at night stay darker than by day.
-const EV_LIMITS: [f32; 2] = [13.8, 16.0];
+const EV_LIMITS: [f32; 2] = [14.3, 16.0];
 
 /// Width of a picture on the sheet, in pixels.
 const TILE_WIDTH: usize = 320;
@@ -121,9 +121,9 @@ fn effects() -> CameraEffects {
     let [ev_min, ev_max] = EV_LIMITS;
     CameraEffects::NONE
         .exposure(Exposure::Automatic { ev_min, ev_max })
-        .compensation_ev(0.3)
-        .vignette(0.45)
-        .bloom(0.045)
+        .compensation_ev(0.4)
+        .vignette(0.35)
+        .bloom(0.03)
         .bloom_radius(0.008)
         .chromatic_aberration(0.0002)
         .white_electrons(Some(14_000.0))

@@ -51,14 +51,14 @@ fn haze_share(distance: f32) -> f32 {
     return 1.0 - 1.0 / (1.0 + x * (1.0 + x * (0.5 + 0.2 * x)));
 }
 
-const MUTED = 0.12;
+const MUTED = 0.08;
 
 // Converts radiance to linear display light, from 0 to 1.
 fn tone_map(radiance: vec3f) -> vec3f {
     let exposed = radiance * frame.air.z;
     let c = max(exposed, vec3f(0.0));
     // HABLE in tone_curve.rs.
-    return min(c * (2.1751162 * c + 0.03531033) / (c * (1.9800 * c + 0.90) + 0.06), vec3f(1.0));
+    return min(c * (3.7591983 * c + 0.039666866) / (c * (3.52 * c + 0.8) + 0.18), vec3f(1.0));
 }
 
 // Moves values of a pixel towards their luma.

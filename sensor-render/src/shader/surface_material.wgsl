@@ -80,7 +80,7 @@ fn linear_of(c: vec3f) -> vec3f {
 // Radiance of a lamp of an actor. Bits are those of `lamp` in the protocol crate.
 fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
     let dark = select(frame.horizon.w, 0.0, (lights & IS_PARKED) != 0u);
-    let amber = vec3f(3.6, 1.5, 0.08);
+    let amber = vec3f(3.6, 0.8, 0.03);
     switch (code) {
         case LAMP_WHITE: {
             let low = shines(lights, 6u);
@@ -105,7 +105,7 @@ fn actor_emission(code: u32, lights: u32, albedo: vec3f) -> vec3f {
             return albedo * BEACON_GAIN * shines(lights, select(512u, 1024u, albedo.z > albedo.x));
         }
         case SIGNAL_RED: { return vec3f(4.0, 0.12, 0.06) * shows(lights, 0u); }
-        case SIGNAL_YELLOW: { return vec3f(3.6, 1.9, 0.08) * shows(lights, 1u); }
+        case SIGNAL_YELLOW: { return vec3f(3.6, 0.97, 0.03) * shows(lights, 1u); }
         case SIGNAL_GREEN: { return vec3f(0.1, 3.0, 0.15) * shows(lights, 2u); }
         default: { return vec3f(0.0); }
     }

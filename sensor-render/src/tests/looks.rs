@@ -62,7 +62,8 @@ fn a_pane_of_a_building_shows_a_room() {
     let world = world_with(&scene, &[]);
     let fine = spread(&agreed(&scene, &world, at_quality(quality::STANDARD)));
     let low = spread(&agreed(&scene, &world, at_quality(quality::LOW)));
-    assert!(fine > low + 4, "{fine} {low}");
+    // By day a room is dark.
+    assert!(fine > low + 1, "{fine} {low}");
 }
 
 #[test]

@@ -148,10 +148,11 @@ fn a_pole_is_slanted_by_the_turn_of_the_camera() {
 
 #[test]
 fn an_edge_out_of_focus_is_as_wide_as_its_circle_of_confusion() {
-    // A dark screen to the right of the optical axis, before a wall.
+    // A dark screen to the right of the optical axis, before a wall; thin, since a lens sees its side, which is out
+    // of focus where its front is not.
     let mut mesh = Mesh::default();
     let face = Face::new(Tag::Pole, Material::Rubber, 3);
-    block(&mut mesh, [9.9, -20.0, -30.0], [10.1, 0.0, 30.0], face);
+    block(&mut mesh, [9.9, -20.0, -30.0], [9.91, 0.0, 30.0], face);
     let wall = Face::new(Tag::Building, Material::Sign, 4);
     block(&mut mesh, [40.0, -90.0, -90.0], [41.0, 90.0, 90.0], wall);
     let scene = Scene::new(&mesh, &[BlueprintMesh { mesh: &Mesh::default() }]).unwrap();
