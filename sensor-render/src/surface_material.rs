@@ -437,7 +437,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         }
         Material::Metal => [[0.32, 0.33, 0.34, 0.18], [0.35, 0.0, 0.0, 0.1], SMOOTH],
         Material::Glass => [[0.012, 0.015, 0.017, 0.08], [0.05, 0.0, 0.0, 0.0], SMOOTH],
-        Material::CarPaint => [[0.3, 0.3, 0.3, 0.04], [0.07, 0.0, 0.0, 0.0], SMOOTH],
+        Material::CarPaint => [[0.3, 0.3, 0.3, 0.04], [0.03, 0.0, 0.0, 0.0], SMOOTH],
         Material::Rubber => [[0.022, 0.022, 0.024, 0.02], DULL, SMOOTH],
         Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampWhite => [[0.17, 0.175, 0.19, 0.28], [0.08, 0.0, 0.0, 0.0], SMOOTH],

@@ -11,7 +11,7 @@ use super::ray_packet::Hits;
 use super::room;
 use super::shadow::Shadow;
 use super::shortlist::Surroundings;
-use super::sky::{ambient, blurred_reflection, gradient, haze_share, reflection, sky, splat};
+use super::sky::{ambient, blurred_reflection, haze_share, reflection, sky, splat};
 use super::surface_materials::SurfaceMaterials;
 use super::traversal::Stack;
 use super::{occlusion, shadow};
@@ -62,6 +62,14 @@ const FLAKES_SKY: f32 = 1.25;
 const FLAKES_SPREAD: f32 = 0.13;
 /// Albedo between which paint has fewer and fewer flakes: aluminium is grey at 45°, and white paint is solid.
 const SOLID: [f32; 2] = [0.38, 0.58];
+
+/// The mirrored sun: what its disc and unevenness of the surface add to the spread of the reflection, as
+/// 1 − cosine, and the largest radiance over that of a white surface that faces the sun, so that few pixels of a
+/// mirror are much brighter than all others. The reflection has an integral of π, as a white surface reflects 1 / π
+/// of its irradiance, where the disc is seen: not behind clouds, and not of the moon, whose light stands for all
+/// that a night sky sends.
+const SPOT_LEAST: f32 = 0.0008;
+const SPOT_MAX: f32 = 300.0;
 
 /// Share of light that a window pane lets through: 0.75 of windscreens, 0.15 to 0.7 of the others. Surfaces that a view
 /// through one meets at most.
@@ -160,7 +168,7 @@ impl Shade<'_> {
         }
         let missed = !sample.hit & active;
         if missed.any() {
-            let sky = Radiance { base: sky::<F, DETAILED>(light, view), ..Radiance::black() };
+            let sky = Radiance { base: sky::<F, DETAILED, true>(light, view), ..Radiance::black() };
             radiance = sky.or(missed, radiance);
         }
         radiance
@@ -365,9 +373,10 @@ impl Shade<'_> {
                 sky = flaky.or(paint, sky);
             }
         }
-        let spread = surfaces.roughness.mul_add(surfaces.roughness, F::splat(0.004));
+        let spread = surfaces.roughness.mul_add(surfaces.roughness, F::splat(SPOT_LEAST));
         let lobe = spread / (one - r.dot(V3::splat(sun)) + spread);
-        let spot = (lobe * lobe * F::splat(0.16) / spread).min(F::splat(16.0));
+        let spot = (lobe * lobe * F::splat(0.5) / spread).min(F::splat(SPOT_MAX));
+        let spot = spot * F::splat(light.sun_color.w);
         let spot = V3 { x: spot, y: spot, z: spot };
         let sun = direct.lerp(spot, mirror).times(sun_color);
 
@@ -430,9 +439,12 @@ impl Shade<'_> {
         let GroupHits { t, triangle, instance } = hits;
         let sample = SurfaceSample::<F>::new(scene, world, t, triangle, instance);
         let passed = F::from_array(passed);
-        let sky = gradient(light, directions.z);
+        let mut seen = V3::splat(Vec3::ZERO);
+        if (active & !sample.hit).any() {
+            seen = sky::<F, false, false>(light, directions);
+        }
         if !sample.hit.any() {
-            return sky * passed;
+            return seen * passed;
         }
         let zero = F::splat(0.0);
         let t = t.or(sample.hit, F::splat(1.0));
@@ -448,7 +460,7 @@ impl Shade<'_> {
         let inside = inside.mul_add(F::splat(CABIN - 1.0), F::splat(1.0));
         let inside = inside.or(sample.id.eq(around), F::splat(1.0));
         let surface = surfaces.albedo.times(arriving) * inside + surfaces.emission;
-        surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, sky) * passed
+        surface.lerp(splat(light.haze), haze_share(light, t)).or(sample.hit, seen) * passed
     }
 }
 

@@ -19,6 +19,8 @@ const FLAKES = 7.5;
 const FLAKES_SKY = 1.25;
 const FLAKES_SPREAD = 0.13;
 const SOLID = vec2f(0.38, 0.58);
+const SPOT_LEAST = 0.0008;
+const SPOT_MAX = 300.0;
 const PANE = 0.5;
 const PANES_MAX = 4u;
 const CABIN = 0.14;
@@ -52,7 +54,7 @@ fn radiance_of(ray: Ray, hit: Hit, pixel: f32) -> Radiance {
     let stretch = length(ray.direction);
     let view = ray.direction * (1.0 / stretch);
     if (hit.triangle == NONE) {
-        return Radiance(sky_of(view), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
+        return Radiance(sky_of(view, false), vec3f(0.0), vec3f(0.0), vec3f(0.0), NONE);
     }
     let at = ray.origin + ray.direction * hit.t;
     var radiance = surface_of(view, hit, at, pixel * hit.t);
@@ -193,9 +195,9 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
         sky = sky * pigment
             + surface.albedo * blurred_reflection(r.z) * (metal * FLAKES_SKY * (1.0 - mirror));
     }
-    let spread = surface.roughness * surface.roughness + 0.004;
+    let spread = surface.roughness * surface.roughness + SPOT_LEAST;
     let lobe = spread / (1.0 - dot(r, frame.sun.xyz) + spread);
-    let spot = min(lobe * lobe * 0.16 / spread, 16.0);
+    let spot = min(lobe * lobe * 0.5 / spread, SPOT_MAX) * frame.sun_color.w;
     let sun = mix(direct, vec3f(spot), mirror) * frame.sun_color.xyz;
 
     if (!HAS_LAMPS) {
@@ -219,7 +221,7 @@ fn is_pane(hit: Hit) -> bool {
 // pane.
 fn glimpse(ray: Ray, hit: Hit, depth: f32, around: u32) -> vec3f {
     if (hit.triangle == NONE) {
-        return gradient(ray.direction.z);
+        return sky_of(ray.direction, true);
     }
     let surface = surface_material_of(hit, ray.origin + ray.direction * hit.t);
     let normal = normal_of(hit, ray.direction);

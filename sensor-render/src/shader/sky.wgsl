@@ -2,34 +2,43 @@
 
 fn gradient(z: f32) -> vec3f {
     let low = 1.0 - clamp(z, 0.0, 1.0);
-    return mix(frame.zenith.xyz, frame.horizon.xyz, low * low * (low * low));
+    let square = low * low;
+    let share = vec3f(square * square, square * low, square);
+    return mix(frame.zenith.xyz, frame.horizon.xyz, share);
 }
 
-// Radiance of the sky with sun, clouds and haze.
-fn sky_of(view: vec3f) -> vec3f {
+// See sky.rs.
+const GLOW = 0.2;
+const GLOW_PER = 5.0;
+
+// Radiance of the sky with clouds and haze; if it is not mirrored, with the sun, and clouds have fine edges and are
+// lit from the side.
+fn sky_of(view: vec3f, is_mirrored: bool) -> vec3f {
     var color = gradient(view.z);
     let apart = 1.0 - dot(view, frame.sun.xyz);
-    let halo = 0.05 / (1.0 + 40.0 * apart);
-    let disc = smoothly(0.00011, 0.00006, apart) * 24.0 + halo;
-    color += frame.sun_color.xyz * disc * frame.sun_color.w;
+    let wide = 1.0 + GLOW_PER * apart;
+    let disc = select(smoothly(0.00011, 0.00006, apart), 0.0, is_mirrored);
+    let glow = GLOW / (wide * wide) + disc * 24.0;
+    color += frame.sun_color.xyz * glow * frame.sun_color.w;
     let height = max(view.z, 0.0);
     let cover = frame.zenith.w;
     if (cover > 0.0) {
         let scale = 1.1 / (height + 0.08);
         let at = view.xy * scale + vec2f(frame.air.w * 0.01, 0.0);
-        let sum = cloud(at);
+        var sum = cloud(at);
         // A cloud that gets thinner towards the sun shows its bright side.
         var slope = 0.0;
-        if (SMOOTH) {
+        if (SMOOTH && !is_mirrored) {
+            sum += (noise_at(at.x * 11.3, at.y * 11.3, 9u) - 0.5) * 0.12;
             slope = sum - cloud(at + frame.sun.xy * 0.2);
         }
         let lit = clamp(0.75 + slope * 1.8, 0.3, 1.5);
         let begin = 0.76 - 0.76 * cover;
-        let thick = smoothly(begin, begin + 0.32, sum);
+        let thick = smoothly(begin, begin + 0.2, sum);
         let fade = smoothly(0.0, 0.18, view.z);
         // A closed layer of clouds shows where it is thick.
         let relief = max(0.965 + (0.45 - sum) * (0.3 + 1.5 * cover * cover), 0.3);
-        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * (lit * 0.2)) * relief;
+        let white = (frame.horizon.xyz * 0.75 + frame.sun_color.xyz * (lit * 0.3)) * relief;
         color = mix(color, white, thick * fade * 0.9);
     }
     return mix(color, frame.haze.xyz, haze_share(500.0 / (1.0 + 9.0 * height)));

@@ -3,7 +3,7 @@
 
 use glam::{Quat, Vec3};
 use mesh::{Face, Material, Mesh, Tag};
-use protocol::{Frame, Pose, SensorSpec, Stamp, Weather, lamp, output, quality};
+use protocol::{EffectsSpec, Frame, Pose, SensorSpec, Stamp, Weather, lamp, output, quality};
 
 use super::lens::tracers;
 use super::{MeasuredBundle, actor, block, camera, world_with};
@@ -234,6 +234,11 @@ fn plates_of_actors_of_one_blueprint_differ() {
 
 /// Returns the image of a panel of a vehicle 3.9 m ahead, 6 m wide and 3 m high, of a paint.
 fn panel(town: &Mesh, weather: &Weather, rgb: [u8; 3]) -> Image {
+    panel_with(town, weather, rgb, EffectsSpec::default())
+}
+
+/// Returns that image from a camera with effects.
+fn panel_with(town: &Mesh, weather: &Weather, rgb: [u8; 3], effects: EffectsSpec) -> Image {
     let mut mesh = super::car();
     block(&mut mesh, [-2.1, -3., 0.2], [-2.0, 3., 3.], Face::new(Tag::Car, Material::CarPaint, 0));
     let scene = Scene::new(town, &[BlueprintMesh { mesh: &mesh }]).unwrap();
@@ -241,7 +246,7 @@ fn panel(town: &Mesh, weather: &Weather, rgb: [u8; 3]) -> Image {
     let stamp = Stamp { frame: Frame(9), ..Stamp::default() };
     let car = actor(4, Pose::level(Vec3::new(6., 0., 0.), 0.));
     world.place(&scene, stamp, 50_000_000, weather, &[car], |_| rgb);
-    agreed(&scene, &world, at_quality(quality::STANDARD))
+    agreed(&scene, &world, SensorSpec { effects, ..at_quality(quality::STANDARD) })
 }
 
 #[test]
@@ -268,6 +273,56 @@ fn the_clear_coat_of_black_paint_mirrors_a_wall_behind_the_camera() {
     let image = panel(&town, &weather, [22, 23, 25]);
     let [left, right] = [26, 38].map(|x| i32::from(image[30 * WIDTH as usize + x][1]));
     assert!(left > right + 12, "{left} {right}");
+}
+
+#[test]
+fn black_paint_mirrors_the_sun_as_a_small_spot_that_is_brighter_than_white() {
+    // Behind the camera, 11 degrees above the horizon, at an exposure at which white is dark.
+    let weather = Weather {
+        sun_azimuth_rad: std::f32::consts::PI,
+        sun_altitude_rad: 0.2,
+        cloudiness: 0.0,
+        ..Weather::default()
+    };
+    let effects = EffectsSpec { compensation_ev: -4.0, ..Default::default() };
+    let shown = |weather: &Weather, rgb: [u8; 3]| {
+        let image = panel_with(&Mesh::default(), weather, rgb, effects);
+        image.iter().map(|pixel| pixel[0]).collect::<Vec<u8>>()
+    };
+    let (black, white) = (shown(&weather, [22, 23, 25]), shown(&weather, [236, 236, 234]));
+    let (top, matte) = (*black.iter().max().unwrap(), white[50 * WIDTH as usize + 50]);
+    let spot = black.iter().filter(|red| **red > top / 2).count();
+    assert!(top > 150 && matte < 100 && spot < 30, "{top} {matte} {spot}");
+    // Behind clouds, and at night, there is no disc to mirror: nothing is brighter than the sky.
+    let cloudy = Weather { cloudiness: 100.0, ..weather };
+    let night = Weather { sun_azimuth_rad: 0.0, sun_altitude_rad: -0.2, ..weather };
+    for (hidden, limit) in [(cloudy, 70), (night, 30)] {
+        let most = *shown(&hidden, [22, 23, 25]).iter().max().unwrap();
+        assert!(most < limit, "{most} {hidden:?}");
+    }
+}
+
+#[test]
+fn the_clear_sky_is_brighter_around_the_sun() {
+    let scene = Scene::new(&lone_block(), &[]).unwrap();
+    let shown = |sun_azimuth_rad: f32| {
+        let mut world = world_with(&scene, &[]);
+        let weather = Weather { sun_azimuth_rad, sun_altitude_rad: 0.9, ..Weather::default() };
+        world.weather = Weather { cloudiness: 0.0, ..weather };
+        // 34 degrees above the horizon.
+        agreed(&scene, &world, at_quality(quality::STANDARD))[10 * WIDTH as usize + 32]
+    };
+    let (before, behind) = (shown(0.0), shown(std::f32::consts::PI));
+    assert!(before[0] > behind[0] + 40, "{before:?} {behind:?}");
+    assert!(behind[2] > behind[0] + 40, "{behind:?}");
+}
+
+/// Returns a small block behind the camera.
+fn lone_block() -> Mesh {
+    let mut mesh = Mesh::default();
+    let face = Face::new(Tag::Wall, Material::Concrete, 3);
+    block(&mut mesh, [-9., 0., 0.], [-8., 1., 1.], face);
+    mesh
 }
 
 #[test]
@@ -351,7 +406,7 @@ fn a_lit_sign_is_darker_than_a_head_lamp_and_a_cover_than_both() {
         let lit = protocol::ActorState { lamps: lamp::LOW_BEAM, ..car };
         let mut world = world_with(&scene, &[lit]);
         world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
-        let effects = protocol::EffectsSpec { compensation_ev: -5.0, ..Default::default() };
+        let effects = EffectsSpec { compensation_ev: -5.0, ..Default::default() };
         let spec = SensorSpec { effects, ..at_quality(quality::LOW) };
         i32::from(agreed(&scene, &world, spec)[32 * WIDTH as usize + 32][1])
     };

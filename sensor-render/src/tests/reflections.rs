@@ -33,6 +33,24 @@ fn redness(level: u32) -> [i32; 2] {
 }
 
 #[test]
+fn water_mirrors_clouds() {
+    let scene = scene();
+    let mut shown = [0.0, 39.0].map(|cloudiness| {
+        let mut world = world_with(&scene, &[]);
+        // Up to 40 % clouds leave the light of sky and ground as it is.
+        world.weather.cloudiness = cloudiness;
+        let spec =
+            SensorSpec { quality: quality::STANDARD, outputs: output::COLOR, ..camera(80, 60) };
+        MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec])
+            .plane::<[u8; 4]>(0, output::COLOR)
+            .to_vec()
+    });
+    let [clear, cloudy] = shown.each_mut().map(|image| image.split_off(35 * 80));
+    let differ = clear.iter().zip(&cloudy).filter(|(a, b)| a[0].abs_diff(b[0]) > 3).count();
+    assert!(differ > 40, "{differ} of {} pixels of the water", clear.len());
+}
+
+#[test]
 fn water_mirrors_the_wall_behind_it() {
     for level in [quality::STANDARD, quality::EPIC] {
         let [wall, sky] = redness(level);
