@@ -43,6 +43,8 @@ pub(crate) mod pattern {
     pub(crate) const OIL_SHIFT: u32 = 12;
     /// Weathered wall of a building.
     pub(crate) const WALL: u32 = 1 << 14;
+    /// Bark, with furrows and algae.
+    pub(crate) const BARK: u32 = 1 << 15;
 }
 
 /// Shading parameters that are constant over a triangle.
@@ -150,7 +152,9 @@ impl SurfaceMaterial {
         let (mut road, mut dirt) = (Vec4::ZERO, 0.0);
         let mut wall = scene.walls[triangle.wall as usize].0;
         if let Some(actor) = actor {
-            pattern = 0;
+            // Hair has the grain of bark.
+            let is_plant = triangle.tag() == Tag::Vegetation as u8;
+            pattern &= if is_plant { pattern::BARK } else { 0 };
             if !bark {
                 grain = Vec4::ZERO;
             }
@@ -359,7 +363,7 @@ pub(crate) const DIRT_M: [f32; 2] = [0.2, 0.95];
 const PAINT: [f32; 2] = [0.01, 0.76];
 
 /// How much longer than wide the grain of bark is, inverted.
-const BARK: f32 = 0.35;
+pub(crate) const BARK: f32 = 0.35;
 
 /// Albedo of the road that shows through a worn marking.
 pub(crate) const WORN_PAINT: f32 = 0.1;
@@ -392,6 +396,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
     const MARKING: f32 = pattern::MARKING as f32;
     const GRASS: f32 = pattern::GRASS as f32;
     const KERB: f32 = pattern::KERB as f32;
+    const BARK: f32 = pattern::BARK as f32;
     const SMOOTH: [f32; 4] = [0.0; 4];
     const STONE: [f32; 4] = [0.09, 19.0, 0.1, 0.4];
     const DULL: [f32; 4] = [0.6, 0.0, 0.0, 0.0];
@@ -428,7 +433,9 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::RoofTiles => {
             [[0.27, 0.10, 0.06, 0.02], [0.6, 0.0, TILES, 0.7], [0.35, 5.0, 0.3, 0.5]]
         }
-        Material::Bark => [[0.12, 0.085, 0.06, 0.0], [0.8, 0.0, 0.0, 0.3], [0.34, 27.0, 0.18, 5.0]],
+        Material::Bark => {
+            [[0.12, 0.085, 0.06, 0.0], [0.8, 0.0, BARK, 0.3], [0.22, 27.0, 0.12, 5.0]]
+        }
         Material::Leaves => {
             [[0.078, 0.128, 0.038, 0.0], [0.6, 0.5, 0.0, 0.5], [0.8, 8.5, 0.6, 1.7]]
         }

@@ -4,7 +4,8 @@
 @group(0) @binding(12) var<uniform> materials: array<vec4f, 120>;
 
 const GLASS = 18u;
-const BUILDING = 3u; // A tag.
+const BUILDING = 3u; // Tags.
+const VEGETATION = 9u;
 const CAR_PAINT = 19u;
 const SIGN = 28u;
 const LAMP_WHITE = 22u;
@@ -217,7 +218,8 @@ fn surface_material_of(hit: Hit, at: vec3f) -> SurfaceMaterial {
         walls[bitcast<u32>(row2.w)], seed, dot(at, along), dot(at, up), at.z,
     );
     if (is_actor) {
-        surface.pattern = 0u;
+        let tag = bitcast<u32>(triangles[hit.triangle * 3u].w) & 255u;
+        surface.pattern &= select(0u, FURROWED, tag == VEGETATION);
         if (code != BARK) {
             surface.grain = vec4f(0.0);
         }

@@ -1,5 +1,5 @@
 // Age of surfaces: stains, cracks and repairs of roads, worn markings, dirty pavements and kerbs, dry grass,
-// weathered walls. Twin of wear.rs.
+// weathered walls, bark. Twin of wear.rs.
 
 const ROAD = 32u;
 const MARKING = 64u;
@@ -8,6 +8,7 @@ const SLABS = 8u;
 const KERB = 2048u;
 const BRICKS = 4u;
 const WALL = 16384u;
+const FURROWED = 32768u;
 const WORN_PAINT = 0.1;
 const GRIME = vec3f(0.32, 0.32, 0.27);
 
@@ -27,6 +28,9 @@ fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     }
     if ((pattern & WALL) != 0u) {
         weather_wall(surface, pixel);
+    }
+    if ((pattern & FURROWED) != 0u) {
+        furrow_bark(surface, pixel);
     }
 }
 
@@ -206,4 +210,30 @@ fn plaster(surface: ptr<function, SurfaceMaterial>, age: f32, pixel: f32) -> f32
     let over = y + (noise_at(x * 1.9, y * 1.9, 51u) - 0.5) * 0.7;
     let crack = noise_at(right * 0.5, over * 0.5, 52u) - 0.5;
     return wave * (1.0 - 0.5 * line_of(abs(crack) * (1.0 / 0.7), 0.005, pixel) * old);
+}
+
+const RIDGES_PER_M = vec2f(34.0, 3.0);
+const FIBRES_PER_M = vec2f(85.0, 9.0);
+const FURROW = 0.55;
+const FURROWS = 0.208;
+const ALGAE = vec3f(0.105, 0.12, 0.07);
+
+// Draws furrows between the ridges of bark, and algae in places.
+fn furrow_bark(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
+    let x = (*surface).along;
+    let y = (*surface).up;
+    let seen = clamp(1.5 - pixel * RIDGES_PER_M.x, 0.0, 1.0);
+    var furrow = FURROWS;
+    var wave = 1.0;
+    if (seen > 0.0) {
+        // Ridges part and meet again.
+        let around = x + (noise_at(x * 5.0, y * 5.0, 54u) - 0.5) * 0.05;
+        let ridge = noise_at(around * RIDGES_PER_M.x, y * (RIDGES_PER_M.y / BARK_LENGTH), 55u);
+        furrow = mix(FURROWS, smoothly(0.13, 0.0, abs(ridge - 0.5)), seen);
+        let fibre = noise_at(around * FIBRES_PER_M.x, y * (FIBRES_PER_M.y / BARK_LENGTH), 56u) - 0.5;
+        wave = 1.0 + fibre * clamp(1.5 - pixel * FIBRES_PER_M.x, 0.0, 1.0) * 0.8;
+    }
+    wave *= (1.0 + furrow * (FURROW - 1.0)) * (1.0 / (1.0 - (1.0 - FURROW) * FURROWS));
+    let algae = smoothly(0.48, 0.8, noise_at(x * 1.6, y * 1.6, 53u)) * 0.45;
+    (*surface).albedo = mix((*surface).albedo * wave, ALGAE, algae);
 }

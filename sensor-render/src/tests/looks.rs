@@ -465,3 +465,54 @@ fn brick_walls_have_joints_of_another_hue() {
     let [low, high] = [0.05, 0.95].map(|share| redness[(redness.len() as f32 * share) as usize]);
     assert!(high > 1.5 * low, "red over blue from {low} to {high}");
 }
+
+/// Returns an image of something in diffuse light, with pixels 4 mm wide at a distance of 1 m.
+fn close_up(scene: &Scene) -> Image {
+    let mut world = world_with(scene, &[]);
+    world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+    agreed(scene, &world, SensorSpec { fov_rad: 0.25, ..at_quality(quality::STANDARD) })
+}
+
+#[test]
+fn furrows_of_bark_run_up_the_trunk() {
+    // An oak 1.13 m before the camera.
+    let oak = town::Plant {
+        model: 48,
+        object: 0,
+        position: Vec3::new(1.45, 0., 0.),
+        yaw_rad: 0.,
+        scale: 1.,
+    };
+    let object = town::Object {
+        tag: Tag::Vegetation,
+        layer: town::Layer::Foliage,
+        center: oak.position,
+        half_extents_m: Vec3::ONE,
+        yaw_rad: 0.,
+        color: [70, 110, 50],
+    };
+    let (objects, plants) = (vec![object], vec![oak]);
+    let town = town::Town { mesh: super::town(), objects, plants, ..Default::default() };
+    let image = close_up(&Scene::of_town(&town).unwrap());
+    let green = |x: usize, y: usize| f32::from(image[y * WIDTH as usize + x][1]);
+    let pixels = || (8..56).flat_map(|y| (8..56).map(move |x| (x, y)));
+    let across: f32 = pixels().map(|(x, y)| (green(x + 1, y) - green(x, y)).abs()).sum();
+    let upwards: f32 = pixels().map(|(x, y)| (green(x, y + 1) - green(x, y)).abs()).sum();
+    assert!(across > 1.4 * upwards && across > 48.0 * 48.0, "{across} {upwards}");
+}
+
+#[test]
+fn bark_is_as_bright_from_afar_as_from_nearby() {
+    let shown = |away: f32| {
+        let mut mesh = Mesh::default();
+        let face = Face {
+            tint: Face::tint([108, 100, 84]),
+            ..Face::new(Tag::Vegetation, Material::Bark, 3)
+        };
+        block(&mut mesh, [away, -40., -40.], [away + 9., 40., 40.], face);
+        mean(&close_up(&Scene::new(&mesh, &[]).unwrap()), 0..64)
+    };
+    let (near, far) = (shown(1.2), shown(24.0));
+    // The near image shows 0.3 m, with ridges and algae of its own.
+    assert!((near / far - 1.0).abs() < 0.15, "{near} {far}");
+}
