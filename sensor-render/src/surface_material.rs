@@ -410,8 +410,9 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::PaintYellow => {
             [[0.62, 0.38, 0.05, 0.03], [0.6, 0.0, MARKING, 0.0], [0.3, 17.0, 0.3, 0.9]]
         }
-        Material::Paving => [[0.33, 0.315, 0.29, 0.02], [0.6, 0.0, SLABS, 0.0], STONE],
-        Material::Kerb => [[0.42, 0.41, 0.39, 0.02], [0.6, 0.0, KERB, 0.0], STONE],
+        // Weathered concrete reflects 0.2 to 0.3 of the light, new one 0.4.
+        Material::Paving => [[0.27, 0.258, 0.237, 0.02], [0.6, 0.0, SLABS, 0.0], STONE],
+        Material::Kerb => [[0.34, 0.332, 0.316, 0.02], [0.6, 0.0, KERB, 0.0], STONE],
         Material::Grass => {
             [[0.085, 0.113, 0.045, 0.0], [0.8, 0.35, GRASS, 0.0], [0.42, 12.0, 0.26, 0.22]]
         }

@@ -193,7 +193,7 @@ fn soil<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel: F) {
     let wide = noise_of(u, v, 0.37, 42);
     let spots = noise_of(u, v, 2.3, 43);
     let stains = smooth(F::splat(0.55), F::splat(0.9), spots) * wide;
-    let dark = stains.mul_add(F::splat(0.26), (half - wide) * F::splat(0.22));
+    let dark = stains.mul_add(F::splat(0.36), (half - wide) * F::splat(0.34));
     let kerb = has(surfaces, pattern::KERB);
     let [_, _, low, _] = surfaces.wall;
     let foot = smooth(F::splat(0.10), F::splat(0.0), surfaces.height - low);

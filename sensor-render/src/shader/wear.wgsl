@@ -138,7 +138,7 @@ fn soil(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let v = (*surface).up * 0.8 - (*surface).along * 0.6;
     let wide = noise_at(u * 0.37, v * 0.37, 42u);
     let spots = noise_at(u * 2.3, v * 2.3, 43u);
-    let dark = smoothly(0.55, 0.9, spots) * wide * 0.26 + (0.5 - wide) * 0.22;
+    let dark = smoothly(0.55, 0.9, spots) * wide * 0.36 + (0.5 - wide) * 0.34;
     var foot = smoothly(0.10, 0.0, (*surface).height - (*surface).wall.z) * (spots * 0.6 + 0.25);
     foot = select(0.0, foot, ((*surface).pattern & KERB) != 0u);
     (*surface).albedo *= (1.0 - dark) * (1.0 - foot) * (1.0 + 0.5 * speckle(u, v, pixel, 0.005));
