@@ -122,8 +122,8 @@ const RACES: [(&str, &str); 2] = [
     // By the public source of LibCarla (`streaming/detail/tcp/Client.cpp`): `Stop` on the caller's
     // thread and `Connect` on the network thread close it after `is_open` and without a strand.
     ("close: Bad file descriptor", "two of its threads close one socket"),
-    // By a core: a listener that was about to be destroyed received a message of the right length
-    // whose content had not been read; its zeros are read as a collision.
+    // By a core: a listener that was about to be destroyed received a message of the right length,
+    // before its content had been read; its zeros are read as a collision.
     ("std::bad_cast", "one of its threads closes a socket while another one reads an image"),
 ];
 

@@ -66,7 +66,7 @@ const SOLID: [f32; 2] = [0.38, 0.58];
 /// The mirrored sun: what its disc and unevenness of the surface add to the spread of the reflection, as
 /// 1 − cosine, and the largest radiance over that of a white surface that faces the sun, so that few pixels of a
 /// mirror are much brighter than all others. The reflection has an integral of π, as a white surface reflects 1 / π
-/// of its irradiance, where the disc is seen: not behind clouds, and not of the moon, whose light stands for all
+/// of its irradiance, where the disc is seen: not behind clouds, and not of the moon: its light stands for all
 /// that a night sky sends.
 const SPOT_LEAST: f32 = 0.0008;
 const SPOT_MAX: f32 = 300.0;
