@@ -47,6 +47,7 @@ mod limits;
 mod mark;
 mod model;
 mod motion;
+mod obstacles;
 mod overlap;
 mod parallel;
 mod pedals;

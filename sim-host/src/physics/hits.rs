@@ -12,8 +12,9 @@ use super::{
     body_state::BodyState,
     collision::{Pair, Push, Touched},
     door_model::DoorModel,
+    obstacles::{Obstacle, Obstacles},
     overlap::touch,
-    walker::{Obstacle, Walker},
+    walker::Walker,
     world::Physics,
 };
 
@@ -21,11 +22,11 @@ use super::{
 const RELEASE_M: f32 = 0.03;
 
 impl Physics {
-    /// Returns the obstacles of walkers; empty if no walker is active.
-    pub(super) fn obstacles(&self) -> Vec<Obstacle> {
+    /// Returns the obstacles of walkers in a substep of `dt` seconds; none if no walker is active.
+    pub(super) fn obstacles(&self, dt: f32) -> Obstacles {
         let walks = |actor: &Actor| matches!(&actor.kind, Kind::Walker(w) if !w.has_fallen());
         if !self.actors.awake().any(walks) {
-            return Vec::new();
+            return Obstacles::default();
         }
         let mut obstacles = Vec::new();
         for actor in self.actors.iter().filter(|actor| !actor.collisions_disabled) {
@@ -59,7 +60,7 @@ impl Physics {
                 Kind::Walker(_) => {}
             }
         }
-        obstacles
+        Obstacles::new(obstacles, dt)
     }
 
     /// Applies the reaction of pushed walkers to the actors that push them.

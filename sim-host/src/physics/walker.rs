@@ -2,11 +2,17 @@
 //! A fast obstacle knocks down a walker, which becomes a ragdoll (`ragdoll.rs`) and may stand up
 //! later; a slow one pushes it aside.
 
-use glam::{Mat3, Quat, Vec2, Vec3};
+use glam::{Quat, Vec2, Vec3};
 use rapier3d::prelude::{ColliderHandle, PhysicsWorld, RigidBodyHandle};
 use serde::{Deserialize, Serialize};
 
-use super::{ground::Ground, model::GRAVITY_MPS2, ragdoll::Limbs, walker_model::WalkerModel};
+use super::{
+    ground::Ground,
+    model::GRAVITY_MPS2,
+    obstacles::{Obstacle, Obstacles},
+    ragdoll::Limbs,
+    walker_model::WalkerModel,
+};
 
 /// Highest step that a walker climbs, and deepest one that it descends without falling.
 const STEP_M: f32 = 0.4;
@@ -34,44 +40,6 @@ pub(super) struct Walker {
     pub limbs: Option<Limbs>,
 }
 
-/// A box that blocks walkers and may knock them down.
-pub(super) struct Obstacle {
-    /// The id of the actor.
-    pub actor: u32,
-    pub center_m: Vec3,
-    /// `world_from_box`, rotation only.
-    pub axes: Mat3,
-    pub half_m: Vec3,
-    pub velocity_mps: Vec3,
-}
-
-impl Obstacle {
-    /// Whether the box cannot touch a walker after `way_m` of relative motion: a cheap test.
-    fn is_far(&self, middle_m: Vec3, model: &WalkerModel, way_m: f32) -> bool {
-        let near_m = self.half_m.length() + model.height_m + way_m;
-        (middle_m - self.center_m).length_squared() > near_m * near_m
-    }
-
-    /// Returns the distance from the box to the side of a walker, negative inside, and the
-    /// direction from the box to the walker in world space.
-    fn gap(&self, middle_m: Vec3, model: &WalkerModel) -> (f32, Vec3) {
-        let local = self.axes.transpose() * (middle_m - self.center_m);
-        if local.z.abs() > self.half_m.z + model.height_m / 2.0 {
-            return (f32::MAX, Vec3::ZERO);
-        }
-        let beyond = Vec2::new(local.x.abs(), local.y.abs()) - self.half_m.truncate();
-        let outside = beyond.max(Vec2::ZERO);
-        let gap = outside.length() + beyond.max_element().min(0.0) - model.radius_m;
-        let sign = Vec2::new(local.x.signum(), local.y.signum());
-        let direction = if outside == Vec2::ZERO {
-            if beyond.x > beyond.y { Vec2::X } else { Vec2::Y }
-        } else {
-            outside.normalize_or_zero()
-        };
-        (gap, self.axes * (direction * sign).extend(0.0))
-    }
-}
-
 impl Walker {
     pub(super) fn new(model: WalkerModel, yaw_rad: f32) -> Walker {
         Walker { model, desired_speed_mps: Vec2::ZERO, rise_mps: None, yaw_rad, limbs: None }
@@ -97,12 +65,25 @@ impl Walker {
         self.limbs = Some(Limbs::create(world, own, &self.model, velocity_mps));
     }
 
+    /// Returns the obstacles that may meet the walker within `dt` seconds, and others near; besides its desired
+    /// velocity it may move by `way_m`.
+    pub(super) fn near<'a>(
+        &self,
+        obstacles: &'a Obstacles,
+        feet_m: Vec3,
+        way_m: f32,
+        dt: f32,
+    ) -> Vec<&'a Obstacle> {
+        let reach_m = self.model.height_m + self.desired_speed_mps.length() * dt + way_m;
+        obstacles.near(feet_m + self.model.middle_m(), reach_m)
+    }
+
     /// Returns how far obstacles push the walker aside within `dt` seconds, and the impulse of the
     /// walker on each of them, by actor: that of a weight that slides over the ground.
     pub(super) fn pushed_aside(
         &self,
         feet_m: Vec3,
-        obstacles: &[Obstacle],
+        obstacles: &[&Obstacle],
         dt: f32,
     ) -> (Vec3, Vec<(u32, Vec3)>) {
         let middle_m = feet_m + self.model.middle_m();
@@ -125,7 +106,7 @@ impl Walker {
     }
 
     /// Whether an obstacle hits the walker within `dt` seconds fast enough to knock it down.
-    pub(super) fn is_knocked_down(&self, feet_m: Vec3, obstacles: &[Obstacle], dt: f32) -> bool {
+    pub(super) fn is_knocked_down(&self, feet_m: Vec3, obstacles: &[&Obstacle], dt: f32) -> bool {
         if !self.model.is_ragdoll_on_hit {
             return false;
         }
@@ -148,7 +129,7 @@ impl Walker {
     pub(super) fn substep(
         &mut self,
         ground: &Ground,
-        obstacles: &[Obstacle],
+        obstacles: &[&Obstacle],
         (feet_m, pushed_m): (Vec3, Vec3),
         gravity_mps2: f32,
         dt: f32,
@@ -164,7 +145,7 @@ impl Walker {
             // A walker inside a box may leave it.
             let [here_m, there_m] = [next, stepped].map(|feet| feet + self.model.middle_m());
             let way_m = here_m.distance(there_m);
-            let deeper = |obstacle: &Obstacle| {
+            let deeper = |obstacle: &&Obstacle| {
                 if obstacle.is_far(here_m, &self.model, way_m) {
                     return false;
                 }

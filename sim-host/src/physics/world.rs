@@ -304,7 +304,7 @@ impl Physics {
     /// Sets the force and torque of every body for one substep, or its next pose.
     fn apply_forces(&mut self, dt: f32) {
         self.release_props(dt);
-        let obstacles = self.obstacles();
+        let obstacles = self.obstacles(dt);
         let Physics { world, ground, grip, statics, actors, pushes, .. } = self;
         pushes.clear();
         let surface = Surface { ground, grip: *grip };
@@ -320,10 +320,14 @@ impl Physics {
             }
             let gravity = if actor.gravity_disabled { 0.0 } else { GRAVITY_MPS2 };
             let external = actor.external_force;
+            let mut near = Vec::new();
             if let Kind::Walker(walker) = &mut actor.kind {
                 let feet = world.bodies[actor.body].translation();
-                if !walker.has_fallen() && walker.is_knocked_down(feet, &obstacles, dt) {
-                    walker.fall(world, (actor.body, actor.collider));
+                if !walker.has_fallen() {
+                    near = walker.near(&obstacles, feet, 0.0, dt);
+                    if walker.is_knocked_down(feet, &near, dt) {
+                        walker.fall(world, (actor.body, actor.collider));
+                    }
                 }
                 if let Some(limbs) = &mut walker.limbs {
                     limbs.update_floors(world, ground, actor.body, dt);
@@ -349,14 +353,17 @@ impl Physics {
                         statics.touching(&Pose::from_translation(feet + lift), shape).is_none()
                     };
                     let feet = body.translation();
-                    let (pushed_m, impulses) = walker.pushed_aside(feet, &obstacles, dt);
+                    let (pushed_m, impulses) = walker.pushed_aside(feet, &near, dt);
                     pushes.extend(impulses.into_iter().map(|(by, impulse_ns)| Push {
                         walker: actor.id,
                         by,
                         impulse_ns,
                     }));
+                    if pushed_m != Vec3::ZERO {
+                        near = walker.near(&obstacles, feet, pushed_m.length(), dt);
+                    }
                     let at = (feet, pushed_m);
-                    let (feet, turn) = walker.substep(ground, &obstacles, at, gravity, dt, free);
+                    let (feet, turn) = walker.substep(ground, &near, at, gravity, dt, free);
                     body.set_next_kinematic_position(Pose::from_parts(feet, turn));
                 }
             }
