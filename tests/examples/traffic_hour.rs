@@ -37,9 +37,15 @@ struct Arguments {
     /// Pedestrians on sidewalks.
     #[arg(long, default_value_t = 0)]
     walkers: usize,
-    /// Simulated time, in seconds.
+    /// Simulated time at the end, in seconds.
     #[arg(long, default_value_t = 3600)]
     seconds: u32,
+    /// Writes the state at the end to this file, from which another run with the same map and cast goes on.
+    #[arg(long)]
+    save: Option<std::path::PathBuf>,
+    /// Goes on from a state; what is reported happened since.
+    #[arg(long)]
+    resume: Option<std::path::PathBuf>,
     /// Ends after this time of the clock, in seconds, even if less has been simulated.
     #[arg(long, default_value_t = f64::INFINITY)]
     wall_seconds: f64,
@@ -74,7 +80,12 @@ fn main() {
     world.set_threads(arguments.threads);
     let mut trace = arguments.trace.as_deref().map(begin_trace);
     let begin_nanos = bus::clock::now_nanos();
-    for tick in 0..u64::from(arguments.seconds) * 20 {
+    if let Some(path) = &arguments.resume {
+        let state = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        world.resume(&state).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    }
+    let resumed_at = (world.time_s() * 20.0).round() as u64;
+    for tick in resumed_at..u64::from(arguments.seconds) * 20 {
         world.tick();
         if tick % 10 == 0 && tick >= 20 * u64::from(arguments.watch_from) {
             world.print(&arguments.watch);
@@ -87,6 +98,9 @@ fn main() {
         }
     }
     drop(trace);
+    if let Some(path) = &arguments.save {
+        std::fs::write(path, world.save()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    }
     if !world.report(&name, wall_s(begin_nanos)) {
         std::process::exit(1);
     }

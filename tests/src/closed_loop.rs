@@ -8,9 +8,9 @@ use std::sync::Arc;
 
 use glam::Vec3;
 use mesh::{Mesh, RandomStream, Tag};
-use protocol::{ActorId, ActorState, Name, Pose, Spawn, WorldCommand, flag};
+use protocol::{ActorId, ActorState, Name, Pose, Spawn, TrafficHeader, WorldCommand, flag};
 use road::{LanePoint, LaneType, LaneTypes, Network};
-use sim_host::{Decision, Inputs, NoServices, Sim, physics::Ground};
+use sim_host::{Decision, Inputs, NoServices, SavedState, Sim, physics::Ground};
 use traffic::{Planner, VehiclePlan, WaitCause};
 
 use crate::red_lights::RedLights;
@@ -123,6 +123,8 @@ pub struct World {
     teleports: usize,
     physics_nanos: u64,
     planner_nanos: u64,
+    /// When the observations began.
+    resumed_s: f32,
 }
 
 impl World {
@@ -145,6 +147,7 @@ impl World {
             teleports: 0,
             physics_nanos: 0,
             planner_nanos: 0,
+            resumed_s: 0.0,
         };
         world.populate(cast);
         world
@@ -154,6 +157,33 @@ impl World {
     pub fn set_threads(&mut self, threads: usize) {
         self.sim.world_mut().set_threads(threads);
         self.planner.set_threads(threads);
+    }
+
+    /// Returns everything that decides the future, for [`World::resume`].
+    pub fn save(&self) -> Vec<u8> {
+        let decision = Some((TrafficHeader::default(), self.planner.save()));
+        let mut state = SavedState { decision, ..SavedState::default() };
+        self.sim.save_into(&mut state);
+        state.to_bytes()
+    }
+
+    /// Continues from a state of the same map and cast. What happened before is not part of it: no vehicle has
+    /// driven, and none has waited.
+    ///
+    /// # Errors
+    ///
+    /// The bytes are no state of this build, map or cast; the world must not be used then.
+    pub fn resume(&mut self, bytes: &[u8]) -> Result<(), String> {
+        let state = SavedState::from_bytes(bytes, 0).map_err(|e| e.to_string())?;
+        self.sim.restore(&state).map_err(|e| e.to_string())?;
+        let (_, planner) = state.decision.ok_or("the state has none of the planner")?;
+        self.planner.restore(&planner).map_err(|e| e.to_string())?;
+        self.resumed_s = self.time_s();
+        let actors = &self.sim.states()[self.vehicles_from..];
+        for (record, actor) in self.records.iter_mut().zip(actors) {
+            record.anchor = actor.pose.position();
+        }
+        Ok(())
     }
 
     /// Chooses vehicles as `omnibus collect` does: mostly cars, at shuffled spawn points.
@@ -225,7 +255,8 @@ impl World {
         self.judge();
     }
 
-    fn time_s(&self) -> f32 {
+    /// Returns the simulated time, in seconds.
+    pub fn time_s(&self) -> f32 {
         self.sim.stamp().sim_time_nanos as f32 * 1e-9
     }
 
@@ -433,8 +464,9 @@ impl World {
     /// Prints all figures, and returns whether every goal is met.
     pub fn report(&self, name: &str, wall_s: f64) -> bool {
         let records = &self.records;
-        let frames = self.sim.stamp().frame.0.max(1);
-        let hours = self.time_s() / 3600.0;
+        let seen_s = self.time_s() - self.resumed_s;
+        let frames = (seen_s / DELTA_S).round().max(1.0);
+        let hours = seen_s / 3600.0;
         let free_s: f32 = records.iter().map(|r| r.free_s).sum();
         let share = records.iter().map(|r| r.free_share_s).sum::<f32>() / free_s.max(1.0);
         let straight_s: f32 = records.iter().map(|r| r.straight_s).sum();
@@ -450,13 +482,12 @@ impl World {
         let longest = records.iter().map(|r| r.longest_s).fold(0.0, f32::max);
         let with_statics = self.crashes.iter().filter(|c| c.pair.1 == ActorId::NONE).count();
         println!(
-            "{name}: {} vehicles ({} places refused), {:.0} s in {wall_s:.0} s wall; physics {:.0} us, planner {:.0} us \
+            "{name}: {} vehicles ({} places refused), {seen_s:.0} s in {wall_s:.0} s wall; physics {:.0} us, planner {:.0} us \
              a frame; hash {:016x}",
             records.len(),
             self.refused,
-            self.time_s(),
-            self.physics_nanos as f64 / 1e3 / frames as f64,
-            self.planner_nanos as f64 / 1e3 / frames as f64,
+            self.physics_nanos as f64 / 1e3 / f64::from(frames),
+            self.planner_nanos as f64 / 1e3 / f64::from(frames),
             self.sim.world().physics().hash(),
         );
         println!(
@@ -464,7 +495,7 @@ impl World {
              longest in one place {longest:.0} s, {jams} jams; {} collisions with vehicles, {with_statics} with \
              fixed things; {toppled} toppled, {} teleports, lost for {lost_s:.1} s",
             100.0 * share,
-            100.0 * free_s / (self.time_s() * records.len().max(1) as f32),
+            100.0 * free_s / (seen_s * records.len().max(1) as f32),
             100.0 * straight,
             driven.first().copied().unwrap_or(0.0),
             self.crashes.len() - with_statics,
@@ -475,7 +506,7 @@ impl World {
         println!(
             "{name}: {} walkers, mean speed {:.2} m/s, {fallen} have fallen; {} vehicles passed a red light",
             self.walkers.len(),
-            walked / (self.time_s() * self.walkers.len().max(1) as f32),
+            walked / (seen_s * self.walkers.len().max(1) as f32),
             self.violations.len()
         );
         for (time_s, id, signal) in self.violations.iter().take(10) {
