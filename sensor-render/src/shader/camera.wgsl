@@ -20,6 +20,12 @@ var<private> top_root: u32;
 fn camera_of(group: u32) -> u32 {
     var low = 0u;
     var high = frame.roots.z - 1u;
+    // Where all cameras have one size, the share of the groups is that of the cameras: no search of loads that wait
+    // for each other.
+    let guess = min(group * frame.roots.z / frame.groups.x, high);
+    if (cameras[guess].first_group <= group && (guess == high || group < cameras[guess + 1u].first_group)) {
+        return guess;
+    }
     while (low < high) {
         let middle = (low + high + 1u) / 2u;
         if (cameras[middle].first_group <= group) {
