@@ -107,8 +107,11 @@ impl Light {
     }
 }
 
-/// Distance from which on an obstacle keeps none of the sky's light from a point. Metres.
+/// Distance from which on an obstacle keeps none of a sky direction's light from a point. Metres.
 pub(crate) const OCCLUSION_REACH_M: f32 = 2.0;
+
+/// Distance up to which an obstacle keeps all of it away. Metres.
+pub(crate) const OCCLUSION_DARK_M: f32 = 0.5;
 
 /// Distances from the camera along its axis between which ambient occlusion fades out, because it is as
 /// small as a few pixels. Metres.

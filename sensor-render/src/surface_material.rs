@@ -358,9 +358,9 @@ pub(crate) const DUST: Vec3 = Vec3::new(0.135, 0.122, 0.104);
 const DIRT: f32 = 0.35;
 pub(crate) const DIRT_M: [f32; 2] = [0.2, 0.95];
 
-/// Albedo of the blackest car paint, and what the whitest adds: no paint reflects all light of a colour and none
-/// of another.
-const PAINT: [f32; 2] = [0.01, 0.76];
+/// Albedo of the blackest car paint, and what the brightest colour of sRGB adds: no paint reflects all light of a
+/// colour and none of another, and dust lies on white cars.
+const PAINT: [f32; 2] = [0.01, 0.63];
 
 /// How much longer than wide the grain of bark is, inverted.
 pub(crate) const BARK: f32 = 0.35;
@@ -446,7 +446,7 @@ const fn parameters_of(material: Material) -> [[f32; 4]; 3] {
         Material::Metal => [[0.32, 0.33, 0.34, 0.18], [0.35, 0.0, 0.0, 0.1], SMOOTH],
         Material::Glass => [[0.012, 0.015, 0.017, 0.08], [0.05, 0.0, 0.0, 0.0], SMOOTH],
         Material::CarPaint => [[0.3, 0.3, 0.3, 0.04], [0.03, 0.0, 0.0, 0.0], SMOOTH],
-        Material::Rubber => [[0.022, 0.022, 0.024, 0.02], DULL, SMOOTH],
+        Material::Rubber => [[0.030, 0.029, 0.028, 0.02], DULL, SMOOTH],
         Material::Plastic => [[0.035, 0.036, 0.038, 0.04], [0.4, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampWhite => [[0.17, 0.175, 0.19, 0.28], [0.08, 0.0, 0.0, 0.0], SMOOTH],
         Material::LampRed => [[0.34, 0.015, 0.012, 0.06], [0.1, 0.0, 0.0, 0.0], SMOOTH],

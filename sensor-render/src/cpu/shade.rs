@@ -18,7 +18,7 @@ use super::{occlusion, shadow};
 use super::{wear, wet};
 use crate::hit::NONE;
 use crate::lamps::LampGrid;
-use crate::light::{Light, OCCLUSION_FADE_M, OCCLUSION_REACH_M};
+use crate::light::{Light, OCCLUSION_DARK_M, OCCLUSION_FADE_M, OCCLUSION_REACH_M};
 use crate::quality::Sample;
 use crate::rays::Camera;
 use crate::scene::Scene;
@@ -61,7 +61,7 @@ const FLAKES: f32 = 7.5;
 const FLAKES_SKY: f32 = 1.25;
 const FLAKES_SPREAD: f32 = 0.13;
 /// Albedo between which paint has fewer and fewer flakes: aluminium is grey at 45°, and white paint is solid.
-const SOLID: [f32; 2] = [0.38, 0.58];
+const SOLID: [f32; 2] = [0.32, 0.48];
 
 /// The mirrored sun: what its disc and unevenness of the surface add to the spread of the reflection, as
 /// 1 − cosine, and the largest radiance over that of a white surface that faces the sun, so that few pixels of a
@@ -261,7 +261,8 @@ impl Shade<'_> {
         let rays = Shadow { direction: of_sky, origins, active: traced };
         let around = around.towards_sky(self.scene, self.world, LIFT, occlusion::SPREAD_MAX);
         let open = rays.nearest(self.scene, self.world, around, stack);
-        let share = open * F::splat(1.0 / OCCLUSION_REACH_M);
+        let [dark, reach] = [OCCLUSION_DARK_M, OCCLUSION_REACH_M];
+        let share = ((open - F::splat(dark)) * F::splat(1.0 / (reach - dark))).max(F::splat(0.0));
         share.lerp(one, smooth(F::splat(near), F::splat(far), t)).or(traced, one)
     }
 
@@ -337,8 +338,12 @@ impl Shade<'_> {
                 mirrored = seen.lerp(mirrored, soft).or(traced, mirrored);
             }
         }
+        // What a rough surface reflects comes from all of the sky, as its diffuse light does.
+        let rough = surfaces.roughness.ge(F::splat(ROUGHNESS_MAX));
+        let smooth_mirror = zero.or(rough, mirror);
+        let rough_mirror = mirror.or(rough, zero);
         let reflected = mirrored.lerp(ambient, surfaces.roughness);
-        let mut base = shaded.lerp(reflected, mirror) + surfaces.emission;
+        let mut base = shaded * (one - mirror) + reflected * smooth_mirror + surfaces.emission;
         if DETAILED {
             let panes = active & is_pane::<F>(sample.face);
             if panes.any() {
@@ -348,7 +353,7 @@ impl Shade<'_> {
                 base = (base + behind).or(panes, base);
             }
         }
-        let mut sky = surfaces.albedo.times(ambient) * (one - mirror);
+        let mut sky = surfaces.albedo.times(ambient) * (one - mirror) + reflected * rough_mirror;
 
         let mut direct = surfaces.albedo * (facing.max(around) - around);
         if DETAILED {

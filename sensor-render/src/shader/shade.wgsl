@@ -18,7 +18,7 @@ const PIGMENT = 0.3;
 const FLAKES = 7.5;
 const FLAKES_SKY = 1.25;
 const FLAKES_SPREAD = 0.13;
-const SOLID = vec2f(0.38, 0.58);
+const SOLID = vec2f(0.32, 0.48);
 const SPOT_LEAST = 0.0008;
 const SPOT_MAX = 300.0;
 const PANE = 0.5;
@@ -30,6 +30,7 @@ const RIPPLES_PER_M = 14.0;
 
 // See light.rs.
 const OCCLUSION_REACH_M = 2.0;
+const OCCLUSION_DARK_M = 0.5;
 const OCCLUSION_FADE_M = vec2f(25.0, 40.0);
 
 // Which cameras a pipeline renders: those with several rays per pixel, which trace reflections too, or
@@ -105,7 +106,8 @@ fn sky_share(of_sky: vec3f, origin: vec3f, normal: vec3f, t: f32) -> f32 {
     if (dot(normal, of_sky) <= 0.05 || t >= OCCLUSION_FADE_M.y) {
         return 1.0;
     }
-    let open = closest(Ray(origin, of_sky), OCCLUSION_REACH_M, false).t * (1.0 / OCCLUSION_REACH_M);
+    let near = closest(Ray(origin, of_sky), OCCLUSION_REACH_M, false).t - OCCLUSION_DARK_M;
+    let open = max(near * (1.0 / (OCCLUSION_REACH_M - OCCLUSION_DARK_M)), 0.0);
     return mix(open, 1.0, smoothly(OCCLUSION_FADE_M.x, OCCLUSION_FADE_M.y, t));
 }
 
@@ -178,8 +180,11 @@ fn surface_of(view: vec3f, hit: Hit, at: vec3f, pixel: f32) -> Radiance {
         }
     }
     let reflected = mix(mirrored, sky_light, surface.roughness);
-    let base = mix(shaded, reflected, mirror) + surface.emission + behind * (1.0 - mirror);
-    var sky = surface.albedo * sky_light * (1.0 - mirror);
+    // What a rough surface reflects comes from all of the sky, as its diffuse light does.
+    let is_rough = surface.roughness >= ROUGHNESS_MAX;
+    let base = shaded * (1.0 - mirror) + reflected * select(mirror, 0.0, is_rough)
+        + surface.emission + behind * (1.0 - mirror);
+    var sky = surface.albedo * sky_light * (1.0 - mirror) + reflected * select(0.0, mirror, is_rough);
 
     var direct = surface.albedo * (max(facing, around) - around);
     if (SMOOTH && is_foliage(hit)) {

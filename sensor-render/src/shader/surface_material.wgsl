@@ -36,7 +36,7 @@ const LANE_M = vec2f(2.2, 5.5);
 const KERB_M = 0.19;
 
 // See surface_material.rs.
-const PAINT = vec2f(0.01, 0.76);
+const PAINT = vec2f(0.01, 0.63);
 const BARK_LENGTH = 0.35;
 const LENS = 1u;
 const LENS_SHARE = 0.012;

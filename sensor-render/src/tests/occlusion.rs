@@ -4,6 +4,7 @@ use glam::{Quat, Vec3};
 use mesh::{Face, Material, Mesh, Tag};
 use protocol::{Pose, SensorSpec, output, quality};
 
+use super::lens::tracers;
 use super::{MeasuredBundle, block, camera, cpu, world_with};
 use crate::Scene;
 
@@ -48,4 +49,44 @@ fn ground_before_a_wall_is_darker_than_open_ground_under_an_overcast_sky() {
     }
     let [open, wall] = brightness(quality::LOW);
     assert_eq!(wall, open);
+}
+
+/// Returns how bright asphalt is 12 m ahead under an overcast sky, in the open and below the body of a vehicle, on
+/// each tracer.
+fn below_a_body() -> Vec<[i32; 2]> {
+    let measured = |mut tracer: crate::Tracer| {
+        [false, true].map(|covered| {
+            let mut mesh = Mesh::default();
+            let road = Face::new(Tag::Roads, Material::Asphalt, 0);
+            mesh.quad([[-50., -50., 0.], [50., -50., 0.], [50., 50., 0.], [-50., 50., 0.]], road);
+            if covered {
+                let body = Face::new(Tag::Car, Material::Plastic, 1);
+                block(&mut mesh, [11.4, -2., 0.3], [16., 2., 1.5], body);
+            }
+            let scene = Scene::new(&mesh, &[]).unwrap();
+            let mut world = world_with(&scene, &[]);
+            world.weather.cloudiness = 100.0;
+            let spec = SensorSpec {
+                quality: quality::EPIC,
+                outputs: output::COLOR,
+                parent_from_sensor: Pose::new(
+                    Vec3::new(0.0, 0.0, 1.2),
+                    Quat::from_rotation_y((1.2f32 / 12.0).atan()),
+                ),
+                fov_rad: 0.01,
+                ..camera(16, 16)
+            };
+            let bundle = MeasuredBundle::measure(&mut tracer, &scene, &world, &[spec]);
+            let colors = bundle.plane::<[u8; 4]>(0, output::COLOR);
+            colors.iter().map(|[_, g, ..]| i32::from(*g)).sum::<i32>() / colors.len() as i32
+        })
+    };
+    tracers().map(measured).collect()
+}
+
+#[test]
+fn the_road_below_a_vehicle_is_dark_although_its_asphalt_shines_at_this_angle() {
+    for [open, below] in below_a_body() {
+        assert!(below * 2 < open, "{below} {open}");
+    }
 }
