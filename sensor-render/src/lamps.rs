@@ -15,7 +15,8 @@ use crate::world::World;
 
 /// Values of [`Lamp::kind`]: how the radiant intensity depends on the direction.
 pub(crate) mod kind {
-    /// Street light: more to the sides than straight down, for an even road.
+    /// Street light: more to the sides than straight down, most at 65° from the vertical and almost nothing above
+    /// 80°, as luminaires do for an even road without glare.
     pub(crate) const STREET: u32 = 0;
     /// Low beam: nothing above the horizontal.
     pub(crate) const LOW_BEAM: u32 = 1;
@@ -250,7 +251,7 @@ fn street_lights(scene: &Scene) -> Vec<LampPart> {
         kind: kind::STREET,
         position: low.midpoint(high).with_z(low.z - 0.05),
         direction: Vec3::NEG_Z,
-        area: 0.63,
+        area: 1.0,
         reach: 45.0,
     };
     objects.into_values().map(part).collect()

@@ -11,7 +11,7 @@ use town::{Geometry, Plant, Rig};
 use crate::{
     bvh::{Hierarchy, Link, Node},
     parallel_build::over_triangles,
-    smooth::{CornerNormals, FLAT, corner_normals},
+    smooth::{CornerNormals, corner_normals, leaf_normals},
     triangle::Triangle,
     wall::{Wall, find_walls},
     wide::{WideNode, widen},
@@ -411,18 +411,22 @@ impl Part {
         Part { hierarchy, triangles, smooth: Vec::new(), low, high }
     }
 
-    /// Returns the part with normals at the corners; leaves are flat.
+    /// Returns the part with normals at the corners, or of leaves.
     fn smooth(self) -> Part {
-        let is_flat = |triangle: &&Triangle| {
+        let is_leaf = |triangle: &&Triangle| {
             let material = triangle.material();
             material == Material::Leaves as u8 || material == Material::Needles as u8
         };
-        let curved = self.triangles.iter().filter(|triangle| !is_flat(triangle));
-        let corners: Vec<[Vec3; 3]> = curved.map(Triangle::corners).collect();
-        let mut normals = corner_normals(&corners).into_iter();
-        let smooth = self.triangles.iter().map(|triangle| {
-            let flat = [0, 0, 0, FLAT];
-            if is_flat(&triangle) { flat } else { normals.next().unwrap_or(flat) }
+        let (leaves, others): (Vec<&Triangle>, Vec<&Triangle>) =
+            self.triangles.iter().partition(is_leaf);
+        let corners = |of: Vec<&Triangle>| -> Vec<[Vec3; 3]> {
+            of.into_iter().map(Triangle::corners).collect()
+        };
+        let mut of_leaves = leaf_normals(&corners(leaves)).into_iter();
+        let mut of_others = corner_normals(&corners(others)).into_iter();
+        let smooth = self.triangles.iter().filter_map(|triangle| match is_leaf(&triangle) {
+            true => of_leaves.next(),
+            false => of_others.next(),
         });
         Part { smooth: smooth.collect(), ..self }
     }
@@ -431,9 +435,10 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::smooth::LEAF;
 
     #[test]
-    fn trunks_are_smooth_and_leaves_flat() {
+    fn trunks_are_smooth_and_leaves_have_one_normal() {
         let (_, mesh) = (0..town::plant_count())
             .filter_map(|model| Some((model, town::plant_mesh(model)?)))
             .find(|(_, mesh)| mesh.faces.iter().any(|face| face.material == Material::Leaves as u8))
@@ -442,8 +447,8 @@ mod tests {
         assert_eq!(part.smooth.len(), part.triangles.len());
         let mut curved = 0;
         for (triangle, words) in part.triangles.iter().zip(&part.smooth) {
-            assert_eq!(words[3] == FLAT, triangle.material() != Material::Bark as u8);
-            curved += usize::from(words[3] != FLAT && words[0] != words[1]);
+            assert_eq!(words[3] == LEAF, triangle.material() != Material::Bark as u8);
+            curved += usize::from(words[3] != LEAF && words[0] != words[1]);
         }
         assert!(curved > 50, "{curved}");
     }

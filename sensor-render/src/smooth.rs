@@ -5,11 +5,15 @@ use std::collections::HashMap;
 use glam::Vec3;
 
 /// Normals at the three corners of a triangle in the space of its piece, octahedral, two signed 16-bit
-/// numbers each; and a zero, or [`FLAT`].
+/// numbers each; and a zero, or [`LEAF`].
 pub(crate) type CornerNormals = [u32; 4];
 
-/// Fourth word of a flat triangle.
-pub(crate) const FLAT: u32 = 1;
+/// Fourth word of a leaf, whose first normal holds everywhere on it.
+pub(crate) const LEAF: u32 = 1;
+
+/// How far the normals of leaves are turned from that of their face to that of their crown: light falls on a crown as
+/// on its shape, and its leaves still differ.
+const OF_CROWN: f32 = 0.5;
 
 /// Cosine of the angle between two faces above which their edge is a crease: 38 degrees.
 const CREASE: f32 = 0.788;
@@ -40,6 +44,21 @@ pub(crate) fn corner_normals(triangles: &[[Vec3; 3]]) -> Vec<CornerNormals> {
         [a, b, c, 0]
     };
     triangles.iter().zip(&faces).map(of_triangle).collect()
+}
+
+/// Returns the normal of each leaf of a crown, between that of its face and that of the ellipsoid around all leaves.
+pub(crate) fn leaf_normals(leaves: &[[Vec3; 3]]) -> Vec<CornerNormals> {
+    let corners = leaves.iter().flatten();
+    let nothing = (Vec3::INFINITY, Vec3::NEG_INFINITY);
+    let (low, high) = corners.fold(nothing, |(low, high), at| (low.min(*at), high.max(*at)));
+    let (center, radii) = ((low + high) * 0.5, ((high - low) * 0.5).max(Vec3::splat(1e-3)));
+    let of_leaf = |[a, b, c]: &[Vec3; 3]| {
+        let out = (((*a + *b + *c) / 3.0 - center) / radii).normalize_or(Vec3::Z);
+        let own = (*b - *a).cross(*c - *a).normalize_or(out);
+        let outward = if own.dot(out) < 0.0 { -own } else { own };
+        [packed(outward.lerp(out, OF_CROWN).normalize_or(out)), 0, 0, LEAF]
+    };
+    leaves.iter().map(of_leaf).collect()
 }
 
 /// Returns the octahedral form of a unit vector (Meyer et al. 2010).
@@ -75,6 +94,32 @@ mod tests {
             let back = unpacked(packed(normal)).normalize_or_zero();
             assert!(back.dot(normal) > 0.999_999, "{normal} {back}");
         }
+    }
+
+    #[test]
+    fn leaves_face_out_of_their_crown() {
+        // Leaves all over a crown, turned in all directions.
+        let unit = |at: u32| {
+            let (turn, z) = (at as f32 * 2.399_963_2, (at * 7919 % 1000) as f32 / 500.0 - 0.999);
+            let flat = (1.0 - z * z).sqrt();
+            Vec3::new(flat * turn.cos(), flat * turn.sin(), z)
+        };
+        let center = Vec3::new(1.0, 2.0, 6.0);
+        let leaves: Vec<[Vec3; 3]> = (0..400)
+            .map(|at| {
+                let (at, along) = (center + unit(at) * 3.0, unit(at * 31 + 7) * 0.1);
+                [at, at + along, at + along.any_orthogonal_vector()]
+            })
+            .collect();
+        let mut own = 0.0;
+        for (leaf, words) in leaves.iter().zip(leaf_normals(&leaves)) {
+            assert_eq!(words[3], LEAF);
+            let normal = unpacked(words[0]).normalize_or_zero();
+            assert!(normal.dot((leaf[0] - center).normalize_or_zero()) > 0.65, "{normal}");
+            let [a, b, c] = leaf;
+            own += normal.dot((*b - *a).cross(*c - *a).normalize_or_zero()).abs();
+        }
+        assert!(own / 400.0 > 0.7, "leaves keep some of their own normal");
     }
 
     #[test]

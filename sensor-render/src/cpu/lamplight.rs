@@ -148,8 +148,8 @@ fn profile<F: Float>(lamp: &Lamp, direction: V3<F>) -> F {
     let along = -direction.dot(V3::splat(axis));
     match lamp.kind {
         kind::STREET => {
-            let wide = F::splat(1.25) / along.mul_add(along, F::splat(0.25));
-            smooth(F::splat(0.05), F::splat(0.35), along) * wide
+            let wide = F::splat(1.2) / along.mul_add(along, F::splat(0.2));
+            smooth(F::splat(0.15), F::splat(0.5), along) * wide
         }
         kind::DIFFUSE => along.max(zero),
         beam => {

@@ -4,7 +4,7 @@ use super::grain::{noise, smooth};
 use crate::light::Light;
 use crate::scene::Scene;
 use crate::simd::{Float, LANES, Mask, V3, Word};
-use crate::smooth_triangle::SmoothTriangle;
+use crate::smooth_triangle::{Normals, SmoothTriangle};
 use crate::surface_material::{DIRT_M, DUST, SurfaceMaterial};
 use crate::world::World;
 
@@ -64,8 +64,12 @@ impl<F: Float> SurfaceMaterials<F> {
             let same = triangle.eq(F::Word::splat(index)) & instance.eq(F::Word::splat(of));
             left &= !same.bits();
             let surface = SurfaceMaterial::new(scene, world, light, index, of);
-            if let Some(triangle) = SmoothTriangle::of(scene, world, index, of) {
-                surfaces.smooth = interpolated(&triangle, at).or(same, surfaces.smooth);
+            if let Some(normals) = Normals::of(scene, world, index, of) {
+                let normal = match normals {
+                    Normals::Leaf(normal) => V3::splat(normal),
+                    Normals::Corners(triangle) => interpolated(&triangle, at),
+                };
+                surfaces.smooth = normal.or(same, surfaces.smooth);
             }
             let mut albedo = V3::splat(surface.albedo);
             if surface.dirt > 0.0 {

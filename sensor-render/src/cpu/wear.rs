@@ -137,6 +137,9 @@ fn wear_road<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
     surfaces.albedo = surfaces.albedo * rim.or(covered, F::splat(0.0)).mul_add(F::splat(-0.6), one);
 }
 
+/// Brightness of a lane between the tracks over its mean.
+const UNTRACKED: f32 = 1.07;
+
 /// Darkens a lane by rubber in the tracks of wheels and by oil between them; dust and dirt lie at its edges.
 #[inline(always)]
 fn drive<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
@@ -147,8 +150,8 @@ fn drive<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
     let off = (from_edge - width * half).abs();
     // Drivers do not keep to one line.
     let sway = (noise_of(x, y, 0.06, 35) - half) * F::splat(0.5);
-    let track = smooth(F::splat(0.48), F::splat(0.06), (off + sway - F::splat(0.82)).abs());
-    let oil = smooth(F::splat(0.62), F::splat(0.0), off);
+    let track = smooth(F::splat(0.40), F::splat(0.08), (off + sway - F::splat(0.82)).abs());
+    let oil = smooth(F::splat(0.52), F::splat(0.0), off);
     let drips =
         noise_of(x, y, 0.35, 36).mul_add(F::splat(0.6), noise_of(x, y, 2.6, 37) * F::splat(0.4));
     let drips = smooth(F::splat(0.3), F::splat(0.75), drips);
@@ -156,16 +159,25 @@ fn drive<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask) {
     let side = smooth(F::splat(0.75), F::splat(0.05), width * half - off);
     let clumps = noise_of(x, y, 0.8, 38);
     let dirt = smooth(F::splat(0.52), F::splat(0.8), clumps);
-    let mut dark = track.mul_add(F::splat(0.19), oil * F::splat(0.3));
+    let mut dark = track.mul_add(F::splat(0.26), oil * F::splat(0.42));
     let waits = surfaces.pattern.shr::<{ pattern::OIL_SHIFT }>() & F::Word::splat(3);
     if (!waits.eq(F::Word::splat(0)) & mask).any() {
         let waits = waits.to_float() * F::splat(1.0 / 3.0);
         let spots = smooth(F::splat(0.5), F::splat(0.72), noise_of(y, x, 1.9, 44));
         let pool = smooth(F::splat(0.9), F::splat(0.1), off) * waits;
         dark = (pool * spots.mul_add(F::splat(0.7), F::splat(0.3))).mul_add(F::splat(0.4), dark);
+        // Tyres that lock leave marks, some of them on one side only.
+        let ahead = y * across_x - x * across_y;
+        let beside = (from_edge - width * half) * F::splat(0.9);
+        let locked = noise(ahead * F::splat(0.13), edge + beside, F::Word::splat(57));
+        let narrow = smooth(F::splat(0.13), F::splat(0.06), (off + sway - F::splat(0.8)).abs());
+        let skid = narrow * smooth(F::splat(0.52), F::splat(0.62), locked);
+        dark = (skid * waits.min(half)).mul_add(F::splat(0.7), dark);
     }
     dark = (side * dirt).mul_add(F::splat(0.3), dark);
-    let wave = (one - dark) * (side * (one - dirt) * clumps).mul_add(F::splat(0.4), one);
+    // Where no wheels roll, the binder is worn less and bleached.
+    let bleached = (side * (one - dirt) * clumps).mul_add(F::splat(0.4), F::splat(UNTRACKED));
+    let wave = (one - dark).max(F::splat(0.2)) * bleached;
     surfaces.albedo = surfaces.albedo * wave.or(mask, one);
     let polished = surfaces.roughness - track * F::splat(0.08);
     surfaces.roughness = polished.or(mask, surfaces.roughness);
@@ -228,6 +240,9 @@ fn dry_grass<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pixel:
 /// What soot and algae leave of the light of a wall, by colour: they are dark and a little green.
 const GRIME: Vec3 = Vec3::new(0.32, 0.32, 0.27);
 
+/// Height of a base course in a darker paint. Metres.
+const BASE_M: f32 = 0.6;
+
 /// Soils walls by streaks of rain water below their top, by splashes above their foot, and by places of old plaster;
 /// walls without bricks have repaired places and cracks, too. Heights are metres; strengths are by eye.
 #[inline(always)]
@@ -255,9 +270,17 @@ fn weather_wall<F: Float>(surfaces: &mut SurfaceMaterials<F>, mask: F::Mask, pix
         noise_of(x, y, 1.3, 41).mul_add(F::splat(0.3), spots * F::splat(0.2)),
     );
     let mut wave = ((places - half) * age).mul_add(F::splat(0.44), one);
+    // Half of the buildings have a darker base course.
+    let has_base = half.lt(part::<F>(surfaces.seed, 0x85eb_ca6b));
+    let base = cover(F::splat(BASE_M) - above, pixel).or(has_base, F::splat(0.0));
+    wave = wave * base.mul_add(F::splat(-0.24), one);
     let plain = mask & !has(surfaces, pattern::BRICKS);
     if plain.any() {
-        wave = wave * plaster(surfaces, age, pixel).or(plain, one);
+        // Storeys were rendered one after the other.
+        let storey = (above * F::splat(1.0 / 3.1) - F::splat(0.26)).floor();
+        let lift = share::<F>(hash::<F>(storey.to_int(), F::Word::splat(0), surfaces.seed)) - half;
+        let lift = lift.mul_add(F::splat(0.1), plaster(surfaces, age, pixel));
+        wave = wave * lift.or(plain, one);
     }
     surfaces.albedo = surfaces.albedo.times(tone * wave).or(mask, surfaces.albedo);
 }
@@ -291,7 +314,7 @@ fn plaster<F: Float>(surfaces: &SurfaceMaterials<F>, age: F, pixel: F) -> F {
     let to_y = (noise_of(x, y, 1.9, 51) - half) * F::splat(0.7);
     let crack = noise_of(x + to_x, y + to_y, 0.5, 52) - half;
     // Where the noise passes its middle it changes by about 0.7 per metre.
-    let crack = line(crack.abs() * F::splat(1.0 / 0.7), 0.005, pixel) * old;
+    let crack = line(crack.abs() * F::splat(1.0 / 0.7), 0.007, pixel) * old;
     wave * crack.or(near, F::splat(0.0)).mul_add(F::splat(-0.5), one)
 }
 

@@ -88,7 +88,7 @@ fn lamp_radiance(
 fn lamp_profile(kind: u32, axis: vec3f, direction: vec3f) -> f32 {
     let along = -dot(direction, axis);
     if (kind == STREET) {
-        return smoothly(0.05, 0.35, along) * 1.25 / (along * along + 0.25);
+        return smoothly(0.15, 0.5, along) * 1.2 / (along * along + 0.2);
     }
     if (kind == DIFFUSE) {
         return max(along, 0.0);

@@ -257,11 +257,11 @@ fn smooth_normal_of(hit: Hit, view: vec3f, flat_normal: vec3f) -> vec3f {
         return flat_normal;
     }
     let words = corner_normals[hit.triangle - frame.town.x];
-    if (words.w != 0u) {
-        return flat_normal;
+    var sum = unpacked(words.x);
+    // A leaf has one normal.
+    if (words.w == 0u) {
+        sum = sum * (1.0 - hit.u - hit.v) + unpacked(words.y) * hit.u + unpacked(words.z) * hit.v;
     }
-    let sum = unpacked(words.x) * (1.0 - hit.u - hit.v) + unpacked(words.y) * hit.u
-        + unpacked(words.z) * hit.v;
     let rows = instances[hit.instance].actor_from_world;
     var normal = normalize(sum.x * rows[0].xyz + sum.y * rows[1].xyz + sum.z * rows[2].xyz);
     normal = select(normal, -normal, dot(normal, flat_normal) < 0.0);

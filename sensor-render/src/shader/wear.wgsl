@@ -10,6 +10,8 @@ const BRICKS = 4u;
 const WALL = 16384u;
 const FURROWED = 32768u;
 const WORN_PAINT = 0.1;
+const UNTRACKED = 1.07;
+const BASE_M = 0.6;
 const GRIME = vec3f(0.32, 0.32, 0.27);
 
 fn apply_wear(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
@@ -108,19 +110,26 @@ fn drive(surface: ptr<function, SurfaceMaterial>) {
     let x = (*surface).along;
     let y = (*surface).up;
     let wall = (*surface).wall;
-    let off = abs(x * wall.x + y * wall.y - wall.z - wall.w * 0.5);
+    let from_middle = x * wall.x + y * wall.y - wall.z - wall.w * 0.5;
+    let off = abs(from_middle);
     let sway = (noise_at(x * 0.06, y * 0.06, 35u) - 0.5) * 0.5;
-    let track = smoothly(0.48, 0.06, abs(off + sway - 0.82));
+    let track = smoothly(0.40, 0.08, abs(off + sway - 0.82));
     let drips = noise_at(x * 0.35, y * 0.35, 36u) * 0.6 + noise_at(x * 2.6, y * 2.6, 37u) * 0.4;
-    let oil = smoothly(0.62, 0.0, off) * (smoothly(0.3, 0.75, drips) * 0.65 + 0.35);
+    let oil = smoothly(0.52, 0.0, off) * (smoothly(0.3, 0.75, drips) * 0.65 + 0.35);
     let side = smoothly(0.75, 0.05, wall.w * 0.5 - off);
     let clumps = noise_at(x * 0.8, y * 0.8, 38u);
     let dirt = smoothly(0.52, 0.8, clumps);
     let waits = f32(((*surface).pattern >> 12u) & 3u) * (1.0 / 3.0);
     let spots = smoothly(0.5, 0.72, noise_at(y * 1.9, x * 1.9, 44u));
     let pool = smoothly(0.9, 0.1, off) * waits * (spots * 0.7 + 0.3);
-    let dark = track * 0.19 + oil * 0.3 + pool * 0.4 + side * dirt * 0.3;
-    (*surface).albedo *= (1.0 - dark) * (1.0 + 0.4 * side * (1.0 - dirt) * clumps);
+    // Tyres that lock leave marks, some of them on one side only.
+    let locked = noise_at((y * wall.x - x * wall.y) * 0.13, wall.z + from_middle * 0.9, 57u);
+    let skid = smoothly(0.13, 0.06, abs(off + sway - 0.8)) * smoothly(0.52, 0.62, locked);
+    let dark = track * 0.26 + oil * 0.42 + pool * 0.4 + skid * min(waits, 0.5) * 0.7
+        + side * dirt * 0.3;
+    // Where no wheels roll, the binder is worn less and bleached.
+    let bleached = UNTRACKED + 0.4 * side * (1.0 - dirt) * clumps;
+    (*surface).albedo *= max(1.0 - dark, 0.2) * bleached;
     (*surface).roughness -= track * 0.08;
 }
 
@@ -179,8 +188,14 @@ fn weather_wall(surface: ptr<function, SurfaceMaterial>, pixel: f32) {
     let places = noise_at(x * 0.21, y * 0.21, 40u) * 0.5 + noise_at(x * 1.3, y * 1.3, 41u) * 0.3
         + spots * 0.2;
     var wave = 1.0 + (places - 0.5) * age * 0.44;
+    // Half of the buildings have a darker base course.
+    let has_base = share_of((*surface).seed * 0x85ebca6bu) > 0.5;
+    wave *= 1.0 - 0.24 * select(0.0, cover_of(BASE_M - above, pixel), has_base);
     if (((*surface).pattern & BRICKS) == 0u) {
-        wave *= plaster(surface, age, pixel);
+        // Storeys were rendered one after the other.
+        let storey = floor(above * (1.0 / 3.1) - 0.26);
+        let lift = share_of(hash_of(cell_of(storey), 0u, (*surface).seed)) - 0.5;
+        wave *= plaster(surface, age, pixel) + lift * 0.1;
     }
     (*surface).albedo *= mix(vec3f(1.0), GRIME, grime) * wave;
 }
@@ -209,7 +224,7 @@ fn plaster(surface: ptr<function, SurfaceMaterial>, age: f32, pixel: f32) -> f32
     let right = x + (noise_at(x * 1.9, y * 1.9, 50u) - 0.5) * 0.7;
     let over = y + (noise_at(x * 1.9, y * 1.9, 51u) - 0.5) * 0.7;
     let crack = noise_at(right * 0.5, over * 0.5, 52u) - 0.5;
-    return wave * (1.0 - 0.5 * line_of(abs(crack) * (1.0 / 0.7), 0.005, pixel) * old);
+    return wave * (1.0 - 0.5 * line_of(abs(crack) * (1.0 / 0.7), 0.007, pixel) * old);
 }
 
 const RIDGES_PER_M = vec2f(34.0, 3.0);

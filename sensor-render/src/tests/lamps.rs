@@ -78,6 +78,34 @@ fn a_street_light_illuminates_the_road_below_it_at_night_only() {
 }
 
 #[test]
+fn a_street_light_is_dark_from_a_little_below_its_height() {
+    let mut mesh = road();
+    street_light(&mut mesh, [0.0, 0.0]);
+    block(&mut mesh, [20., -4., 0.], [21., 4., 9.], Face::new(Tag::Wall, Material::Concrete, 5));
+    let scene = Scene::new(&mesh, &[]).unwrap();
+    let mut world = world_with(&scene, &[]);
+    at_night(&mut world);
+    let shown = |height: f32| {
+        let parent_from_sensor = Pose::level(Vec3::new(10., 0., height), 0.0);
+        let spec = SensorSpec {
+            outputs: output::COLOR,
+            parent_from_sensor,
+            fov_rad: 0.05,
+            ..camera(8, 8)
+        };
+        let bundle = MeasuredBundle::measure(&mut cpu(1), &scene, &world, &[spec]);
+        i32::from(bundle.plane::<[u8; 4]>(0, output::COLOR)[36][1])
+    };
+    // 83, 79 and 72 degrees from straight down.
+    let [above, edge, lit] = [5.5, 4.2, 1.5].map(shown);
+    let [dark] = [8.9].map(shown);
+    assert!(
+        (above - dark).abs() < 4 && edge < lit && lit > dark + 20,
+        "{above} {edge} {lit} {dark}"
+    );
+}
+
+#[test]
 fn a_wall_casts_a_shadow_in_the_light_of_a_street_light() {
     let mut mesh = road();
     street_light(&mut mesh, [0.0, 0.0]);

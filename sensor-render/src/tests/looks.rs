@@ -126,6 +126,10 @@ fn the_tracks_of_wheels_lie_along_a_lane() {
     // 32 pixels are 2 m.
     let (middle, edges) = (mean(&image, 29..35), (mean(&image, 0..4) + mean(&image, 60..64)) * 0.5);
     assert!(middle < edges - 4.0, "{middle} {edges}");
+    // Between the oil and the tracks of wheels, 0.82 m from the middle, the road is brighter than in both.
+    let between = (mean(&image, 24..26) + mean(&image, 38..40)) * 0.5;
+    let tracks = (mean(&image, 17..21) + mean(&image, 43..47)) * 0.5;
+    assert!(between > tracks + 3.0 && between > middle + 3.0, "{between} {tracks} {middle}");
 }
 
 #[test]
@@ -443,6 +447,28 @@ fn coloured_walls_are_dirty_above_their_foot_and_below_their_top_wherever_those_
     let image = shaded_wall(Material::FacadePlaster, [190, 186, 180], -7.5);
     let (high, middle) = (row(&image, 4.1), row(&image, -2.0));
     assert!(high < middle - 1.0, "{high} {middle}");
+}
+
+#[test]
+fn storeys_of_plaster_differ_and_some_walls_have_a_darker_base() {
+    let wall = |object: u32| {
+        let mut mesh = Mesh::default();
+        let of = Face::new(Tag::Building, Material::FacadePlaster, object);
+        let face = Face { tint: Face::tint([190, 186, 180]), ..of };
+        block(&mut mesh, [6., -30., 0.], [9., 30., 9.], face);
+        let scene = Scene::new(&mesh, &[]).unwrap();
+        let mut world = world_with(&scene, &[]);
+        world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
+        let image = agreed(&scene, &world, at_quality(quality::STANDARD));
+        // The camera is 1 m above the foot, and a row of pixels 0.19 m high.
+        [0.5f32, 0.7].map(|z| {
+            let row = (31.5 - (z - 1.0) * (32.0 / 6.0)).round() as usize;
+            image[row * 64..][..64].iter().map(|pixel| f32::from(pixel[1])).sum::<f32>() / 64.0
+        })
+    };
+    let steps: Vec<f32> = (3..15).map(wall).map(|[base, above]| above - base).collect();
+    let has_base = steps.iter().filter(|step| **step > 8.0).count();
+    assert!((2..=10).contains(&has_base), "{steps:?}");
 }
 
 #[test]

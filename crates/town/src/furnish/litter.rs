@@ -68,7 +68,8 @@ fn gully(plan: &Plan, scene: &mut Scene, station: &Station) {
         let sheet = |builder: &mut MeshBuilder, [l, r]: [f32; 2], [b, t]: [f32; 2], z: f32| {
             builder.quad([vec3(l, b, z), vec3(r, b, z), vec3(r, t, z), vec3(l, t, z)]);
         };
-        builder.tinted(Material::Metal, [74, 72, 70]);
+        // Rusty iron is as dull as stone.
+        builder.tinted(Material::Concrete, [74, 70, 66]);
         sheet(builder, [-0.26, 0.26], [-0.17, 0.17], 0.004);
         builder.tinted(Material::Plastic, [14, 14, 15]);
         for slot in 0..6 {

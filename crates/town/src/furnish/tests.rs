@@ -308,6 +308,22 @@ fn a_town_has_objects_of_every_common_kind() {
 }
 
 #[test]
+fn residential_streets_are_dark_between_their_lights() {
+    let (_, town) = default_town();
+    let at: Vec<Vec2> = town.lamps.iter().map(|lamp| lamp.position.truncate()).collect();
+    let mut gaps: Vec<f32> = at
+        .iter()
+        .map(|own| {
+            let others = at.iter().filter(|other| *other != own);
+            others.map(|other| own.distance(*other)).fold(f32::INFINITY, f32::min)
+        })
+        .collect();
+    gaps.sort_by(f32::total_cmp);
+    let middle = gaps[gaps.len() / 2];
+    assert!(at.len() > 20 && (22.0..36.0).contains(&middle), "{} lights, {middle} m", at.len());
+}
+
+#[test]
 fn plants_fill_their_boxes_and_are_hidden_with_their_layer() {
     let (_, town) = default_town();
     assert!(town.plants.len() > 200, "{} plants", town.plants.len());

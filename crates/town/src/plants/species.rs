@@ -1,6 +1,7 @@
 //! The shapes of species.
 
 use glam::{Vec3, vec3};
+use mesh::RandomStream;
 
 /// The species of a plant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -20,7 +21,7 @@ pub(crate) enum Species {
 }
 
 /// The shape of a species at its full size. Metres.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(crate) struct Shape {
     pub(crate) species: Species,
     pub(crate) height_m: f32,
@@ -33,6 +34,8 @@ pub(crate) struct Shape {
     pub(super) taper: f32,
     /// The upward tendency of branches.
     pub(super) rise: f32,
+    /// The number of limbs into which the trunk forks.
+    pub(super) limbs: u32,
     /// The number of leaves of a broad-leaved plant.
     pub(super) leaves: u32,
     /// The length of a leaf, or of a spray of needles.
@@ -44,6 +47,19 @@ pub(crate) struct Shape {
 }
 
 impl Shape {
+    /// A plant of the species that differs from others in its proportions.
+    pub(super) fn varied(&self, random: &mut RandomStream) -> Shape {
+        let mut by = |least: f32, most: f32| random.between(least, most);
+        Shape {
+            height_m: self.height_m * by(0.97, 1.03),
+            crown_radius_m: self.crown_radius_m * by(0.92, 1.1),
+            crown_from_m: self.crown_from_m * by(0.9, 1.1),
+            taper: self.taper + by(-0.12, 0.12),
+            rise: self.rise * by(0.8, 1.25),
+            ..self.clone()
+        }
+    }
+
     /// The middle of the crown, and its radii.
     pub(super) fn crown(&self) -> (Vec3, Vec3) {
         let half = (self.height_m - self.crown_from_m) * 0.5;
@@ -56,33 +72,33 @@ impl Shape {
 #[rustfmt::skip]
 pub(super) const SHAPES: [Shape; 6] = [
     Shape {
-        species: Species::Plane, height_m: 9.8, crown_radius_m: 2.4, trunk_radius_m: 0.16,
-        crown_from_m: 4.3, taper: 0.15, rise: 0.35, leaves: 2160, leaf_m: 0.25,
-        green: [112, 132, 72], bark: [108, 100, 84],
+        species: Species::Plane, height_m: 9.9, crown_radius_m: 2.5, trunk_radius_m: 0.17,
+        crown_from_m: 4.0, taper: 0.1, rise: 0.3, limbs: 5, leaves: 4500, leaf_m: 0.235,
+        green: [112, 132, 72], bark: [118, 110, 94],
     },
     Shape {
-        species: Species::Lime, height_m: 8.2, crown_radius_m: 2.7, trunk_radius_m: 0.17,
-        crown_from_m: 2.0, taper: 0.3, rise: 0.3, leaves: 2330, leaf_m: 0.245,
+        species: Species::Lime, height_m: 8.3, crown_radius_m: 2.7, trunk_radius_m: 0.18,
+        crown_from_m: 2.0, taper: 0.3, rise: 0.3, limbs: 4, leaves: 4700, leaf_m: 0.235,
         green: [99, 125, 64], bark: [76, 67, 56],
     },
     Shape {
-        species: Species::Poplar, height_m: 13.0, crown_radius_m: 1.7, trunk_radius_m: 0.20,
-        crown_from_m: 1.6, taper: 0.25, rise: 1.2, leaves: 2160, leaf_m: 0.225,
+        species: Species::Poplar, height_m: 13.0, crown_radius_m: 1.7, trunk_radius_m: 0.17,
+        crown_from_m: 0.9, taper: 0.25, rise: 1.0, limbs: 1, leaves: 4300, leaf_m: 0.21,
         green: [106, 127, 79], bark: [94, 89, 78],
     },
     Shape {
         species: Species::Spruce, height_m: 11.0, crown_radius_m: 2.7, trunk_radius_m: 0.19,
-        crown_from_m: 0.7, taper: 1.0, rise: 0.0, leaves: 0, leaf_m: 0.34,
+        crown_from_m: 0.7, taper: 1.0, rise: 0.0, limbs: 0, leaves: 0, leaf_m: 0.34,
         green: [60, 83, 60], bark: [76, 62, 50],
     },
     Shape {
-        species: Species::Oak, height_m: 10.0, crown_radius_m: 4.2, trunk_radius_m: 0.32,
-        crown_from_m: 2.8, taper: 0.1, rise: 0.15, leaves: 2420, leaf_m: 0.325,
+        species: Species::Oak, height_m: 10.0, crown_radius_m: 4.1, trunk_radius_m: 0.31,
+        crown_from_m: 2.5, taper: 0.1, rise: 0.15, limbs: 6, leaves: 5000, leaf_m: 0.31,
         green: [90, 111, 56], bark: [68, 60, 50],
     },
     Shape {
         species: Species::Bush, height_m: 1.3, crown_radius_m: 0.95, trunk_radius_m: 0.0,
-        crown_from_m: 0.02, taper: 0.1, rise: 0.5, leaves: 730, leaf_m: 0.12,
+        crown_from_m: 0.02, taper: 0.1, rise: 0.5, limbs: 0, leaves: 1400, leaf_m: 0.115,
         green: [86, 112, 60], bark: [84, 72, 56],
     },
 ];
