@@ -40,6 +40,9 @@ const PASSING_MPS: f32 = 14.0;
 /// Time over which the way back is predicted, in steps: for [`BEHIND_M`].
 const BACK_STEP_S: f32 = 0.25;
 const BACK_STEPS: u32 = 4;
+/// Waiting time after which a vehicle drives back even if there is room for half of that way only: less than the gap
+/// that queues leave.
+const SHORT_BACK_AFTER_S: f32 = 20.0;
 
 /// Returns whether a vehicle is off its track.
 pub(crate) fn is_off_track(deviation: &Deviation) -> bool {
@@ -85,7 +88,7 @@ pub(crate) fn decide(
     }
     if vehicle.reverse_s > 0.0 {
         vehicle.reverse_s -= delta_s;
-        if vehicle.reverse_s > 0.0 && may_back(agents, agent, back_rad) {
+        if vehicle.reverse_s > 0.0 && may_back(agents, agent, back_rad, back_steps(vehicle)) {
             return Maneuver::Reverse;
         }
         vehicle.reverse_s = -(HOLD_S + 2.0 * (vehicle.id % 4) as f32);
@@ -104,7 +107,7 @@ pub(crate) fn decide(
         PATIENCE_S + (vehicle.id % 5) as f32 + 2.0 * vehicle.reverse_count.min(5) as f32;
     if vehicle.stuck_s > patience_s {
         vehicle.stuck_s = 0.0;
-        if may_back(agents, agent, back_rad) {
+        if may_back(agents, agent, back_rad, back_steps(vehicle)) {
             vehicle.reverse_s = REVERSE_S;
             vehicle.reverse_count = vehicle.reverse_count.saturating_add(1);
             vehicle.evasion_side = side_away_from(vehicle, tracks, agents, agent, leader);
@@ -148,10 +151,16 @@ pub(crate) fn reverse_accel(backward_mps: f32) -> f32 {
     (1.5 * (REVERSE_MPS - backward_mps)).clamp(-3.0, 1.5)
 }
 
-/// Returns whether a vehicle can drive back with its front wheels at this angle: nothing is behind it,
-/// and nothing comes near one of its sides meanwhile.
-fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
-    if !is_free(agents, agent, -1.0, BEHIND_M) {
+/// Returns for how many steps the way back has to be free.
+fn back_steps(vehicle: &Vehicle) -> u32 {
+    let waited_s = vehicle.wait_s.max(vehicle.reservation_idle_s);
+    if waited_s > SHORT_BACK_AFTER_S { BACK_STEPS / 2 } else { BACK_STEPS }
+}
+
+/// Returns whether a vehicle can drive back for some steps with its front wheels at this angle: nothing is
+/// behind it, and nothing comes near one of its sides meanwhile.
+fn may_back(agents: &Agents, agent: usize, wheels_rad: f32, steps: u32) -> bool {
+    if !is_free(agents, agent, -1.0, BEHIND_M * steps as f32 / BACK_STEPS as f32) {
         return false;
     }
     let (body, mut forward) = (&agents.body[agent], agents.forward[agent]);
@@ -160,7 +169,7 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
     let mut rear = at - forward * 0.5 * body.wheelbase_m;
     let step_m = REVERSE_MPS * BACK_STEP_S;
     let turn = Vec2::from_angle(-step_m * wheels_rad.tan() / body.wheelbase_m);
-    let way: Vec<(f32, Footprint)> = (1..=BACK_STEPS)
+    let way: Vec<(f32, Footprint)> = (1..=steps)
         .map(|step| {
             rear -= forward * step_m;
             forward = turn.rotate(forward);
@@ -168,7 +177,7 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32) -> bool {
             (step as f32 * BACK_STEP_S, Footprint::of(body, middle, forward))
         })
         .collect();
-    let time_s = BACK_STEP_S * BACK_STEPS as f32;
+    let time_s = BACK_STEP_S * steps as f32;
     let reach_m = 2.0 * agents.reach_max_m + (REVERSE_MPS + PASSING_MPS) * time_s;
     agents.places.near(at, reach_m).into_iter().map(|other| other as usize).all(|other| {
         // Walkers step aside.
@@ -259,6 +268,11 @@ mod tests {
 
     /// As [`may_back_beside`], while the car leans to its left by this angle.
     fn may_back_leaning(car: Option<(Vec3, f32)>, lean_rad: f32) -> bool {
+        may_back_for(car, lean_rad, BACK_STEPS)
+    }
+
+    /// As [`may_back_leaning`], for this number of steps.
+    fn may_back_for(car: Option<(Vec3, f32)>, lean_rad: f32, steps: u32) -> bool {
         let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
         let actor = |id: u32, blueprint: u32, (at, mps): (Vec3, f32)| ActorState {
             actor_id: ActorId(id),
@@ -278,7 +292,7 @@ mod tests {
         );
         let mut agents = Agents::default();
         agents.read(&actors, &Bodies::from_catalogue());
-        may_back(&agents, 0, 0.48)
+        may_back(&agents, 0, 0.48, steps)
     }
 
     #[test]
@@ -296,5 +310,16 @@ mod tests {
             "one comes from behind"
         );
         assert!(may_back_beside(Some((Vec3::new(9.0, -2.75, 0.0), 7.0))), "one has passed");
+    }
+
+    #[test]
+    fn after_a_long_wait_the_gap_that_a_queue_leaves_is_room_enough() {
+        let behind = |gap_m: f32, steps: u32| {
+            may_back_for(Some((Vec3::new(-7.5 - gap_m, 0.0, 0.0), 0.0)), 0.0, steps)
+        };
+        assert!(!behind(1.8, BACK_STEPS) && behind(1.8, BACK_STEPS / 2));
+        assert!(!behind(0.6, BACK_STEPS / 2), "too near");
+        let waited = |wait_s: f32| back_steps(&Vehicle { wait_s, ..Vehicle::new(1) });
+        assert_eq!([waited(10.0), waited(30.0)], [BACK_STEPS, BACK_STEPS / 2]);
     }
 }

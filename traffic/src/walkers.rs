@@ -312,7 +312,14 @@ fn on_ground(
     let allows = |next: &walkable::Cell| {
         next.crossing.is_none() || next.crossing == here || next.crossing == granted
     };
+    let stands = |velocity: Vec2| velocity.length() < pace::STANDING_MPS;
     let (_, there) = surface.step(cell, near, near + velocity * view.delta_s, allows);
-    let bounded = (there - at) / view.delta_s;
-    if bounded.length() < pace::STANDING_MPS { Vec2::ZERO } else { bounded }
+    let mut bounded = (there - at) / view.delta_s;
+    if stands(bounded)
+        && !stands(velocity)
+        && let Some(there) = surface.detour(cell, near, velocity, allows)
+    {
+        bounded = (there - at).clamp_length_max(velocity.length() * view.delta_s) / view.delta_s;
+    }
+    if stands(bounded) { Vec2::ZERO } else { bounded }
 }

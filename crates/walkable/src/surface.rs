@@ -15,6 +15,9 @@ const EDGE_M: f32 = 1e-3;
 const ON_LINE_M: f32 = 3e-3;
 /// Most sides that one step passes.
 const SIDES_MAX: usize = 64;
+/// Length of a detour, and by how much it turns. Metres, radians.
+const DETOUR_M: f32 = 0.4;
+const DETOUR_TURNS_RAD: [f32; 5] = [0.0, 0.4, -0.4, 0.8, -0.8];
 
 /// Walkable ground with a lookup by place, in the ground plane of world space.
 #[derive(Clone, Debug, Default)]
@@ -171,6 +174,28 @@ impl Surface {
             at = there;
         }
         (cell, at)
+    }
+}
+
+impl Surface {
+    /// Returns where one may go from a point of a triangle that has no short step in a direction, up to 0.4 m from
+    /// it and 46 degrees beside the direction; `None` if there is nothing.
+    ///
+    /// Where corners of several triangles meet, a step of some millimetres may end in the tip of one that
+    /// `allows` does not admit, or between two outer sides. A detour ends beyond, in an admitted triangle.
+    pub fn detour(
+        &self,
+        cell: u32,
+        from: Vec2,
+        direction: Vec2,
+        allows: impl Fn(&Cell) -> bool,
+    ) -> Option<Vec2> {
+        DETOUR_TURNS_RAD.into_iter().find_map(|turn_rad| {
+            let direction = Vec2::from_angle(turn_rad).rotate(direction.normalize_or_zero());
+            let (last, there) = self.step(cell, from, from + direction * DETOUR_M, |_| true);
+            let has_come = (there - from).dot(direction) > 0.5 * DETOUR_M;
+            (has_come && allows(self.cell(last))).then_some(there)
+        })
     }
 }
 

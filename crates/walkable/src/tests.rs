@@ -126,6 +126,51 @@ fn a_step_stays_on_the_ground_and_slides_along_its_edges() {
     assert!(at.distance(vec2(10.0, 4.0)) < 0.01, "{at}");
 }
 
+/// Returns how far one comes in a direction in 40 steps of 9 mm that enter no crossing.
+fn progress_m(surface: &Surface, from: Vec2, direction: Vec2, has_detours: bool) -> f32 {
+    let mut at = from;
+    for _ in 0..40 {
+        let (cell, near) = surface.nearest(at, 0.1).unwrap();
+        let here = surface.cell(cell).crossing;
+        let allows = |next: &crate::Cell| next.crossing.is_none() || next.crossing == here;
+        let (_, mut there) = surface.step(cell, near, near + direction * 0.009, allows);
+        if has_detours
+            && there.distance(near) < 0.003
+            && let Some(detour) = surface.detour(cell, near, direction, allows)
+        {
+            there = near + (detour - near).clamp_length_max(0.009);
+        }
+        at = there;
+    }
+    (at - from).dot(direction)
+}
+
+#[test]
+fn no_one_is_held_where_corners_meet() {
+    let text = mapgen::named("Flatford").unwrap();
+    let network = road::Network::parse(&text).unwrap();
+    let surface = Surface::new(&Ground::new(&network, &town::furnish(&network, 3)));
+    let (mut held, mut still_held, mut count) = (0, 0, 0);
+    for corner in (0..surface.cells().len() as u32).map(|cell| surface.corners(cell)[0]) {
+        let Some((cell, at)) = surface.nearest(corner, 0.01) else { continue };
+        if surface.cell(cell).area != Area::Sidewalk {
+            continue;
+        }
+        for turn in 0..8 {
+            let direction = Vec2::from_angle(turn as f32 * std::f32::consts::FRAC_PI_4);
+            let (last, there) = surface.step(cell, at, at + direction * 0.5, |_| true);
+            let is_open = there.distance(at + direction * 0.5) < 0.01;
+            if is_open && surface.cell(last).area == Area::Sidewalk {
+                count += 1;
+                held += usize::from(progress_m(&surface, at, direction, false) < 0.05);
+                still_held += usize::from(progress_m(&surface, at, direction, true) < 0.05);
+            }
+        }
+    }
+    assert!(held > 0, "without detours some of {count} ways are held, or the test shows nothing");
+    assert!(still_held * 8 < held, "{still_held} of {held} are held with detours");
+}
+
 #[test]
 fn the_way_round_a_corner_touches_it() {
     let portals = [
