@@ -422,9 +422,14 @@ fn a_lit_sign_is_darker_than_a_head_lamp_and_a_cover_than_both() {
 
 /// Returns the image of a wall in the shade at x = 6, 12 m high from this foot, of a material in a colour.
 fn shaded_wall(material: Material, rgb: [u8; 3], foot: f32) -> Image {
+    shaded_wall_to(material, rgb, [foot, foot + 12.])
+}
+
+/// As [`shaded_wall`], from a foot to a top.
+fn shaded_wall_to(material: Material, rgb: [u8; 3], [foot, top]: [f32; 2]) -> Image {
     let mut mesh = Mesh::default();
     let face = Face { tint: Face::tint(rgb), ..Face::new(Tag::Building, material, 3) };
-    block(&mut mesh, [6., -30., foot], [9., 30., foot + 12.], face);
+    block(&mut mesh, [6., -30., foot], [9., 30., top], face);
     let scene = Scene::new(&mesh, &[]).unwrap();
     let mut world = world_with(&scene, &[]);
     world.weather = Weather { cloudiness: 100.0, ..Weather::default() };
@@ -444,8 +449,10 @@ fn coloured_walls_are_dirty_above_their_foot_and_below_their_top_wherever_those_
         let (low, middle) = (row(&image, foot + 0.2), row(&image, foot + 3.5));
         assert!(low < middle - 6.0, "foot at {foot}: {low} {middle}");
     }
-    let image = shaded_wall(Material::FacadePlaster, [190, 186, 180], -7.5);
-    let (high, middle) = (row(&image, 4.1), row(&image, -2.0));
+    // Beside a higher wall, since storeys differ.
+    let [high, middle] = [4.5f32, 20.0].map(|top| {
+        row(&shaded_wall_to(Material::FacadePlaster, [190, 186, 180], [-7.5, top]), 4.1)
+    });
     assert!(high < middle - 1.0, "{high} {middle}");
 }
 
