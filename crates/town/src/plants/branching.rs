@@ -7,7 +7,7 @@
 use glam::{Vec3, vec3};
 use mesh::RandomStream;
 
-use super::lobes::Lobes;
+use super::lobes::{Lobes, unit};
 
 /// The space that branches fill.
 pub(super) struct Envelope {
@@ -133,13 +133,6 @@ fn inside(envelope: &Envelope, random: &mut RandomStream) -> Vec3 {
     let p = towards * out * envelope.lobes.surface(towards);
     let wide = 1.0 - envelope.taper * p.z;
     envelope.center + envelope.radii * vec3(p.x * wide, p.y * wide, p.z)
-}
-
-/// A random direction.
-pub(super) fn unit(random: &mut RandomStream) -> Vec3 {
-    let z = random.between(-1.0, 1.0);
-    let around = glam::Vec2::from_angle(random.between(0.0, std::f32::consts::TAU));
-    (around * (1.0 - z * z).max(0.0).sqrt()).extend(z)
 }
 
 #[cfg(test)]

@@ -5,8 +5,8 @@ use mesh::{Material, RandomStream};
 
 use crate::mesh_builder::MeshBuilder;
 
-use super::branching::{Envelope, grow, unit};
-use super::lobes::Lobes;
+use super::branching::{Envelope, grow};
+use super::lobes::{Lobes, unit};
 use super::species::Shape;
 use super::wood::{stem, tubes};
 

@@ -5,8 +5,6 @@ use std::f32::consts::TAU;
 use glam::{Vec2, Vec3};
 use mesh::RandomStream;
 
-use super::branching::unit;
-
 /// The number of lobes of a crown.
 const LOBES: usize = 13;
 /// How far the surface of a crown lies between its lobes, as a fraction of its radii.
@@ -38,6 +36,13 @@ impl Lobes {
         // A lobe is round: steep at its edge, flat in its middle.
         VALLEY + (1.0 - VALLEY) * (inside * (2.0 - inside)).sqrt()
     }
+}
+
+/// A random direction.
+pub(super) fn unit(random: &mut RandomStream) -> Vec3 {
+    let z = random.between(-1.0, 1.0);
+    let around = Vec2::from_angle(random.between(0.0, std::f32::consts::TAU));
+    (around * (1.0 - z * z).max(0.0).sqrt()).extend(z)
 }
 
 #[cfg(test)]
