@@ -8,7 +8,7 @@ use glam::Vec3;
 /// numbers each; and a zero, or [`LEAF`].
 pub(crate) type CornerNormals = [u32; 4];
 
-/// Fourth word of a leaf, whose first normal holds everywhere on it.
+/// Fourth word of a leaf: its first normal holds everywhere on it.
 pub(crate) const LEAF: u32 = 1;
 
 /// How far the normals of leaves are turned from that of their face to that of their crown: light falls on a crown as
