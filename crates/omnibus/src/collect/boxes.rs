@@ -14,7 +14,7 @@ use crate::collect::{
     format::{ActorBox, ObjectBox, View, ViewKeypoints},
     label_settings::LabelSettings,
     objects::StaticObjects,
-    outline::outline,
+    outline::{Outline, outline},
     rle::Rle,
     sensors::sensor_from_optical,
     silhouette::{Part, Silhouette},
@@ -197,16 +197,18 @@ impl Views<'_> {
                 .amodal_masks
                 .then(|| Rle::new([camera.width, camera.height], &raster.runs(camera)));
             let optical_from_box = optical_from_world * one.world_from_box.affine();
-            let outline = outline(half_extents, &optical_from_box, camera);
+            // A foot or a mirror may leave its box and be all that the image shows.
+            let outline = outline(half_extents, &optical_from_box, camera)
+                .unwrap_or(Outline { edges_px: seen.edges_px.map(|e| e as f32), truncated: 1.0 });
             let (_, rotation, position) = optical_from_box.to_scale_rotation_translation();
             let labels = View {
                 optical_from_box: (&Pose::new(position, rotation)).into(),
                 visible_box_px: seen.edges_px,
-                projected_box_px: outline.map_or(seen.edges_px.map(|e| e as f32), |o| o.edges_px),
+                projected_box_px: outline.edges_px,
                 visible_px: seen.pixels,
                 unoccluded_px,
                 occluded_fraction: 1.0 - seen.pixels as f32 / unoccluded_px as f32,
-                truncated_fraction: outline.map_or(0.0, |o| o.truncated),
+                truncated_fraction: outline.truncated,
                 keypoints: one.keypoints.map(|keypoints| view.keypoints(keypoints)),
                 amodal_mask,
             };

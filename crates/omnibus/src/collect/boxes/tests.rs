@@ -98,21 +98,29 @@ fn the_box_of_a_car_ahead_encloses_its_pixels() {
         pose: Pose::level(Vec3::new(x, y, -1.0), 0.0),
         ..actor(id)
     };
-    let actors = [place(1, 0.0, 0.0), place(2, 10.0, 0.0), place(3, -10.0, 0.0)];
+    let actors =
+        [place(1, 0.0, 0.0), place(2, 10.0, 0.0), place(3, -10.0, 0.0), place(4, 10.0, 30.0)];
     let camera = pinhole();
     let seen_2 = Seen { pixels: 30, edges_px: [90, 50, 100, 60] };
     let front = CameraView {
         name: "front",
         camera,
         world_from_sensor: Pose::IDENTITY,
-        seen: vec![Some(seen_2), Some(seen_2), None],
-        // Thirty pixels show the car ahead.
-        ids: &std::array::from_fn::<u32, 20_000, _>(|at| {
-            2 * u32::from((50..53).contains(&(at / 200)) && (90..100).contains(&(at % 200)))
+        seen: vec![
+            Some(seen_2),
+            Some(seen_2),
+            None,
+            Some(Seen { pixels: 3, edges_px: [0, 50, 1, 53] }),
+        ],
+        // Thirty pixels show the car ahead, and three a mirror of the car beside the image.
+        ids: &std::array::from_fn::<u32, 20_000, _>(|at| match (at / 200, at % 200) {
+            (50..53, 90..100) => 2,
+            (50..53, 0) => 4,
+            _ => 0,
         }),
         depth: None,
     };
-    let lidar = LidarView { name: "roof", returns: vec![0, 0, 5] };
+    let lidar = LidarView { name: "roof", returns: vec![0, 0, 5, 0] };
     let all = boxes(
         &actors,
         &blueprints,
@@ -120,7 +128,7 @@ fn the_box_of_a_car_ahead_encloses_its_pixels() {
     );
 
     let ids: Vec<_> = all.iter().map(|b| b.actor_id).collect();
-    assert_eq!(ids, [2, 3], "the ego is left out");
+    assert_eq!(ids, [2, 3, 4], "the ego is left out");
     assert_eq!(all[0].size_m, (made.half_extents_m * 2.0).to_array());
     assert_eq!(all[0].tag_name, "Car");
     let view = &all[0].cameras["front"];
@@ -139,4 +147,7 @@ fn the_box_of_a_car_ahead_encloses_its_pixels() {
     assert!(all[1].cameras.is_empty());
     assert!(all.iter().all(|b| b.traffic_light_state.is_none()), "vehicles show no phase");
     assert_eq!(all[1].lidar_points["roof"], 5, "behind the camera, but the lidar met it");
+    let beside = &all[2].cameras["front"];
+    assert_eq!(beside.truncated_fraction, 1.0, "all of the box is outside");
+    assert_eq!(beside.projected_box_px, [0.0, 50.0, 1.0, 53.0], "what shows");
 }
