@@ -46,10 +46,13 @@ def tags_in_images(c):
     others = []
     place = car.get_transform()
     ahead, right = place.get_forward_vector(), place.get_right_vector()
-    for i, type_id in enumerate(("vehicle.kawasaki.ninja", "vehicle.bh.crossbike",
-                                 "walker.pedestrian.0001", "vehicle.mitsubishi.fusorosa")):
+    for type_id, ahead_m, right_m in (("vehicle.kawasaki.ninja", 8.0, -3.0),
+                                      ("static.prop.barrel", 8.0, 0.0),
+                                      ("vehicle.bh.crossbike", 14.0, 0.0),
+                                      ("walker.pedestrian.0001", 20.0, 3.0),
+                                      ("vehicle.mitsubishi.fusorosa", 26.0, 6.0)):
         at = carla.Transform(place.location, place.rotation)
-        at.location += (8.0 + 6.0 * i) * ahead + (3.0 * i - 3.0) * right + carla.Location(z=0.5)
+        at.location += ahead_m * ahead + right_m * right + carla.Location(z=0.5)
         one = c.world.try_spawn_actor(c.library.find(type_id), at)
         others += [one] if one else []
     views = [carla.Transform(carla.Location(z=3.0), carla.Rotation(yaw=90.0 * i)) for i in range(4)]

@@ -310,7 +310,8 @@ def a_projection_follows_the_lens() -> None:
     back = camera.projection.unproject((u, v), forward)
     assert math.dist(back, (forward, left, up)) < 1e-4, back
     assert camera.projection.focal_px == (500.0, 510.0) and camera.focal_px == 500.0
-    around = Camera("a", 256, 256, 3.4, lens=Fisheye(max_angle_rad=1.7), outputs=("depth", "color"))
+    roof = omnibus.Pose((0.0, 0.0, 2.0))
+    around = Camera("a", 256, 256, 3.4, roof, lens=Fisheye(max_angle_rad=1.7), outputs=("depth", "color"))
     assert around.projection.project((-0.1, 1.0, 0.0)) is not None, "behind, but less than 97.4°"
     assert around.projection.project((-0.2, 1.0, 0.0)) is None
     with launch(sensors=[around]) as simulator:
