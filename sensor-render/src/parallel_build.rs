@@ -51,17 +51,22 @@ pub(crate) trait Corners: Fn(u32) -> [Vec3; 3] + Sync {}
 impl<F: Fn(u32) -> [Vec3; 3] + Sync> Corners for F {}
 
 /// Builds the hierarchy over those of the triangles 0 to `count` whose corners are finite, with all
-/// threads of the pool. Returns it with the box of all these triangles. It is optimized for ray
+/// threads of the pool, so that `above` levels may lie over it. Returns it with the box of all these
+/// triangles. It is optimized for ray
 /// traversal, because it is used for a whole episode.
-pub(crate) fn over_triangles(count: usize, corners: &impl Corners) -> (Hierarchy, Box3) {
+pub(crate) fn over_triangles(
+    count: usize,
+    corners: &impl Corners,
+    above: usize,
+) -> (Hierarchy, Box3) {
     let is_finite = |at: &u32| corners(*at).iter().all(|corner| corner.is_finite());
     let mut members: Vec<u32> = (0..count as u32).into_par_iter().filter(is_finite).collect();
     if members.len() <= SUBTREE_MAX {
-        return subtree(corners, &members, DEPTH_MAX, false);
+        return subtree(corners, &members, DEPTH_MAX - above, false);
     }
     let boxes: Vec<Box3> =
         (0..count as u32).into_par_iter().map(|at| bounds(&corners(at))).collect();
-    let (tree, around) = build(corners, &boxes, &mut members, 0);
+    let (tree, around) = build(corners, &boxes, &mut members, above);
     drop((boxes, members));
     let (nodes, primitives) = tree.size();
     let mut whole = Hierarchy {
@@ -249,13 +254,13 @@ mod tests {
     fn by_threads(threads: usize) -> Hierarchy {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         let corners = corners();
-        pool.install(|| over_triangles(corners.len(), &|at| corners[at as usize])).0
+        pool.install(|| over_triangles(corners.len(), &|at| corners[at as usize], 0)).0
     }
 
     #[test]
     fn a_divided_hierarchy_holds_every_triangle_within_its_boxes() {
         let corners = corners();
-        let (whole, _) = over_triangles(corners.len(), &|at| corners[at as usize]);
+        let (whole, _) = over_triangles(corners.len(), &|at| corners[at as usize], 0);
         let mut seen = Vec::new();
         let depth = count(&whole.nodes, whole.root, 0, &mut seen);
         assert!(depth <= DEPTH_MAX, "depth {depth}");
@@ -296,11 +301,14 @@ mod tests {
     #[test]
     fn equal_triangles_are_all_kept_and_not_too_deep() {
         let corners = vec![[Vec3::ZERO, Vec3::X, Vec3::Y]; 5000];
-        let (hierarchy, _) = over_triangles(corners.len(), &|at: u32| corners[at as usize]);
-        let mut seen = Vec::new();
-        let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
-        seen.sort_unstable();
-        assert!(depth <= DEPTH_MAX, "depth {depth}");
-        assert_eq!(seen, (0..5000).collect::<Vec<_>>());
+        for above in [0, 4] {
+            let (hierarchy, _) =
+                over_triangles(corners.len(), &|at: u32| corners[at as usize], above);
+            let mut seen = Vec::new();
+            let depth = count(&hierarchy.nodes, hierarchy.root, 0, &mut seen);
+            seen.sort_unstable();
+            assert!(depth + above <= DEPTH_MAX, "depth {depth}");
+            assert_eq!(seen, (0..5000).collect::<Vec<_>>());
+        }
     }
 }

@@ -6,10 +6,10 @@ use glam::{Quat, Vec3};
 use mesh::{Material, Mesh};
 use protocol::{ActorId, ActorState, Pose, kind};
 use rayon::prelude::*;
-use town::{Geometry, Plant, Rig};
+use town::{Geometry, Plant, Posture, Rig};
 
 use crate::{
-    bvh::{Hierarchy, Link, Node},
+    bvh::{Hierarchy, Link, Node, node_of},
     parallel_build::over_triangles,
     smooth::{CornerNormals, corner_normals, leaf_normals},
     triangle::Triangle,
@@ -62,6 +62,47 @@ impl BlueprintGeometry {
         (geometries, kinds)
     }
 }
+
+/// The meshes of the blueprints, each once, and of which of them each hierarchy is made.
+struct Looks<'a> {
+    meshes: Vec<&'a Mesh>,
+    /// For each hierarchy the indices of its meshes.
+    made_of: Vec<Vec<u32>>,
+}
+
+impl<'a> Looks<'a> {
+    /// Returns a hierarchy for each mesh.
+    fn each(meshes: Vec<&'a Mesh>) -> Looks<'a> {
+        let made_of = (0..meshes.len() as u32).map(|mesh| vec![mesh]).collect();
+        Looks { meshes, made_of }
+    }
+
+    /// Returns a hierarchy for each piece of each blueprint, then one for each of `kinds` as it is parked:
+    /// at rest and empty.
+    fn of(found: &[(&'a Geometry, &Rig)], kinds: &[u32]) -> Looks<'a> {
+        let (mut meshes, mut made_of, mut at_rest) = (Vec::new(), Vec::new(), Vec::new());
+        for (geometry, rig) in found {
+            let first = meshes.len() as u32;
+            meshes.extend(&geometry.pieces);
+            let occupants = meshes.len() as u32;
+            let has_occupants = !geometry.occupants.triangles.is_empty();
+            meshes.extend(has_occupants.then_some(&geometry.occupants));
+            made_of.extend((0..rig.joints.len()).map(|piece| {
+                let body = has_occupants && rig.is_body(piece);
+                let piece = first + piece as u32;
+                if body { vec![piece, occupants] } else { vec![piece] }
+            }));
+            let mut shown = Vec::new();
+            rig.place(&Posture::default(), |piece, _| shown.push(first + piece as u32));
+            at_rest.push(shown);
+        }
+        made_of.extend(kinds.iter().map(|kind| at_rest[*kind as usize].clone()));
+        Looks { meshes, made_of }
+    }
+}
+
+/// Levels that may lie over the hierarchy of one mesh of a blueprint, to join several.
+const JOIN_LEVELS: usize = 5;
 
 /// Maximum number of triangles of a scene: a leaf names its first triangle with 26 bits.
 const TRIANGLES_MAX: usize = Link::PRIMITIVES_MAX - 1;
@@ -138,8 +179,8 @@ pub struct Scene {
     /// Numbers of nodes, wide nodes and triangles of the town; those of the models of plants and of
     /// the blueprints follow.
     pub(crate) town_ends: [u32; 3],
-    /// Hierarchies of every piece of every blueprint, then those of whole parked blueprints, then
-    /// those of the models of plants.
+    /// Hierarchies of every piece of every blueprint, then those of whole parked blueprints, which share
+    /// the triangles of their pieces, then those of the models of plants.
     pub(crate) blases: Vec<Blas>,
     /// Geometry by index of the blueprint.
     pub(crate) geometries: Vec<BlueprintGeometry>,
@@ -161,7 +202,7 @@ impl Scene {
         let meshes: Vec<&Mesh> = blueprints.iter().map(|blueprint| blueprint.mesh).collect();
         let geometry = |first_blas| BlueprintGeometry { first_blas, rig: None, whole: None };
         let geometries = (0..meshes.len() as u32).map(geometry).collect();
-        Scene::from_pieces(static_mesh, &[], &meshes, geometries)
+        Scene::from_looks(static_mesh, &[], &Looks::each(meshes), geometries)
     }
 
     /// Builds the scene of a town and of every blueprint of the catalogue.
@@ -190,22 +231,20 @@ impl Scene {
         replaced: &[Replaced],
     ) -> Result<Scene, SceneError> {
         let (mut geometries, kinds) = BlueprintGeometry::all(&parked);
-        let mut looks: Vec<&Geometry> =
-            town::catalogue().par_iter().map(|b| b.geometry()).collect();
-        for (index, found, rig) in replaced {
-            looks[*index as usize] = found;
+        let mut found: Vec<(&Geometry, &Rig)> =
+            town::catalogue().par_iter().map(|b| (b.geometry(), b.rig())).collect();
+        for (index, geometry, rig) in replaced {
+            found[*index as usize] = (geometry, rig);
             geometries[*index as usize].rig = Some(Cow::Owned(rig.clone()));
         }
-        let wholes = kinds.iter().map(|kind| &looks[*kind as usize].whole);
-        let meshes: Vec<&Mesh> =
-            looks.iter().flat_map(|looks| &looks.pieces).chain(wholes).collect();
-        Ok(Scene { parked, ..Scene::from_pieces(static_mesh, plants, &meshes, geometries)? })
+        let looks = Looks::of(&found, &kinds);
+        Ok(Scene { parked, ..Scene::from_looks(static_mesh, plants, &looks, geometries)? })
     }
 
-    fn from_pieces(
+    fn from_looks(
         static_mesh: &Mesh,
         plants: &[Plant],
-        pieces: &[&Mesh],
+        looks: &Looks,
         geometries: Vec<BlueprintGeometry>,
     ) -> Result<Scene, SceneError> {
         let mut plant_models: Vec<u32> = plants.iter().map(|plant| plant.model).collect();
@@ -214,7 +253,7 @@ impl Scene {
         plant_models.retain(|model| *model < town::plant_count());
         let models: Vec<&Mesh> =
             plant_models.par_iter().filter_map(|model| town::plant_mesh(*model)).collect();
-        let counts = models.iter().chain(pieces).map(|piece| piece.triangles.len());
+        let counts = models.iter().chain(&looks.meshes).map(|mesh| mesh.triangles.len());
         check_count(static_mesh.triangles.len() + counts.sum::<usize>(), TRIANGLES_MAX)?;
         let mut scene = Scene {
             serial: new_serial(),
@@ -233,20 +272,36 @@ impl Scene {
             plant_models,
             plants: plants.to_vec(),
         };
-        let (town_blas, (models, looks)) = rayon::join(
-            || Part::new(static_mesh),
+        let (town_blas, (models, parts)) = rayon::join(
+            || Part::new(static_mesh, 0),
             || {
-                let models = models.par_iter().map(|mesh| Part::new(mesh).smooth());
+                let models = models.par_iter().map(|mesh| Part::new(mesh, 0).smooth());
                 let models: Vec<Part> = models.collect();
-                let looks = pieces.par_iter().map(|mesh| Part::new(mesh).smooth());
-                (models, looks.collect::<Vec<_>>())
+                let parts = looks.meshes.par_iter();
+                let parts = parts.map(|mesh| Part::new(mesh, JOIN_LEVELS).smooth());
+                (models, parts.collect::<Vec<_>>())
             },
         );
         scene.town_blas = scene.add(town_blas);
         let ends = [scene.nodes.len(), scene.triangles.len()].map(|end| end as u32);
         scene.smooth_from = scene.triangles.len() as u32;
         let models: Vec<Blas> = models.into_iter().map(|part| scene.add(part)).collect();
-        scene.blases = looks.into_iter().map(|part| scene.add(part)).collect();
+        // A parent lies before its children.
+        let joins = looks.made_of.iter().map(|meshes| meshes.len() - 1).sum::<usize>();
+        let mut join = scene.nodes.len();
+        scene.nodes.resize(join + joins, Node::JOIN);
+        let parts: Vec<Blas> = parts.into_iter().map(|part| scene.add(part)).collect();
+        for meshes in &looks.made_of {
+            let parts = meshes.iter().map(|mesh| parts[*mesh as usize]);
+            let parts: Vec<Blas> = parts.filter(|part| !part.is_empty()).collect();
+            // The body comes first and is the largest.
+            let blas = match parts.split_at(parts.len().min(1)) {
+                ([], _) => Blas::EMPTY,
+                ([part], []) => *part,
+                halves => scene.join(halves.into(), &mut join),
+            };
+            scene.blases.push(blas);
+        }
         scene.blases.extend(models);
         scene.reach_into_plants();
         let town_wide = scene.widen_town(ends[1]);
@@ -300,7 +355,7 @@ impl Scene {
             plant_models: self.plant_models.clone(),
             plants: town.plants.clone(),
         };
-        scene.town_blas = scene.add(Part::new(&town.mesh));
+        scene.town_blas = scene.add(Part::new(&town.mesh, 0));
         scene.reach_into_plants();
         let triangle_end = scene.triangles.len() as u32;
         let wide_end = scene.widen_town(triangle_end);
@@ -338,6 +393,19 @@ impl Scene {
     /// and of each model of a plant once.
     pub fn triangle_count(&self) -> usize {
         self.triangles.len()
+    }
+
+    /// Returns the hierarchy over those of two halves. Its nodes are the next ones from number `free`.
+    fn join(&mut self, halves: [&[Blas]; 2], free: &mut usize) -> Blas {
+        let own = *free;
+        *free += 1;
+        let [a, b] = halves.map(|parts| match parts {
+            [part] => *part,
+            _ => self.join(parts.split_at(parts.len() / 2).into(), free),
+        });
+        let boxes = node_of(a.low, a.high, b.low, b.high);
+        self.nodes[own] = Node { child0: a.root, child1: b.root, ..boxes };
+        Blas { root: Link(own as u32), low: a.low.min(b.low), high: a.high.max(b.high), ..a }
     }
 
     /// Appends the hierarchy of a mesh; its wide hierarchy is built later.
@@ -388,11 +456,12 @@ struct Part {
 }
 
 impl Part {
-    fn new(mesh: &Mesh) -> Part {
+    /// Builds the hierarchy of a mesh, so that `above` levels may lie over it.
+    fn new(mesh: &Mesh, above: usize) -> Part {
         let corners = |at: u32| {
             mesh.triangles[at as usize].map(|i| Vec3::from_array(mesh.positions[i as usize]))
         };
-        let (hierarchy, (low, high)) = over_triangles(mesh.triangles.len(), &corners);
+        let (hierarchy, (low, high)) = over_triangles(mesh.triangles.len(), &corners, above);
         let triangle = |at: &u32| {
             let [a, b, c] = corners(*at);
             let face = mesh.faces[*at as usize];
@@ -435,6 +504,7 @@ impl Part {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::bvh::{DEPTH_MAX, count};
     use crate::smooth::LEAF;
 
     #[test]
@@ -443,7 +513,7 @@ mod tests {
             .filter_map(|model| Some((model, town::plant_mesh(model)?)))
             .find(|(_, mesh)| mesh.faces.iter().any(|face| face.material == Material::Leaves as u8))
             .unwrap();
-        let part = Part::new(mesh).smooth();
+        let part = Part::new(mesh, 0).smooth();
         assert_eq!(part.smooth.len(), part.triangles.len());
         let mut curved = 0;
         for (triangle, words) in part.triangles.iter().zip(&part.smooth) {
@@ -451,6 +521,45 @@ mod tests {
             curved += usize::from(words[3] != LEAF && words[0] != words[1]);
         }
         assert!(curved > 50, "{curved}");
+    }
+
+    #[test]
+    fn parked_vehicles_share_the_triangles_of_those_that_drive() {
+        let vehicles = (0..).zip(town::catalogue()).filter(|(_, b)| b.kind == town::Kind::Vehicle);
+        let parked: Vec<ActorState> = vehicles
+            .map(|(blueprint, _)| ActorState { blueprint, ..ActorState::default() })
+            .collect();
+        let scene = |parked| Scene::with_catalogue(&Mesh::default(), &[], parked, &[]).unwrap();
+        let (empty, scene) = (scene(Vec::new()), scene(parked.clone()));
+        assert_eq!(empty.triangle_count(), scene.triangle_count());
+        let triangles_of = |blas: u32| {
+            let mut seen = Vec::new();
+            let root = scene.blases[blas as usize].root;
+            let depth = count(&scene.nodes, root, 0, &mut seen);
+            assert!(depth <= DEPTH_MAX, "depth {depth}");
+            seen
+        };
+        for actor in parked {
+            let made = &town::catalogue()[actor.blueprint as usize];
+            let geometry = &scene.geometries[actor.blueprint as usize];
+            let mut driven = Vec::new();
+            made.rig().place(&Posture::default(), |piece, _| {
+                driven.append(&mut triangles_of(geometry.first_blas + piece as u32));
+            });
+            let mut parked = triangles_of(geometry.whole.unwrap());
+            driven.sort_unstable();
+            parked.sort_unstable();
+            assert!(parked.windows(2).all(|two| two[0] < two[1]), "{}: one twice", made.id);
+            assert_eq!(parked.len(), made.mesh().triangles.len(), "{}", made.id);
+            assert_eq!(
+                driven.len(),
+                parked.len() + made.geometry().occupants.triangles.len(),
+                "{}",
+                made.id
+            );
+            driven.retain(|triangle| parked.binary_search(triangle).is_ok());
+            assert_eq!(driven, parked, "{}", made.id);
+        }
     }
 
     #[test]

@@ -284,9 +284,12 @@ fn draw_pieces(
     if rig.is_still() {
         return draw(Part::whole(made.mesh()), Affine3A::IDENTITY);
     }
-    let pieces = &made.geometry().pieces;
+    let geometry = made.geometry();
     rig.place(&posture_of(actor, limbs), |piece, actor_from_piece| {
-        draw(Part::whole(&pieces[piece]), actor_from_piece);
+        draw(Part::whole(&geometry.pieces[piece]), actor_from_piece);
+        if rig.is_body(piece) {
+            draw(Part::whole(&geometry.occupants), actor_from_piece);
+        }
     });
 }
 

@@ -7,23 +7,26 @@ use crate::catalogue::rig::{Motion, OCCUPANTS, Rig};
 pub struct Geometry {
     /// The whole mesh at rest, with closed doors and without occupants, as vehicles are parked.
     pub whole: Mesh,
-    /// One mesh for each joint of the rig, in actor space at rest.
+    /// One mesh for each joint of the rig, in actor space at rest. Those that show at rest make up the
+    /// whole mesh.
     pub pieces: Vec<Mesh>,
+    /// Driver and passengers, shown with the body ([`Rig::is_body`]) of a vehicle that is not
+    /// parked, in actor space. Empty for other blueprints.
+    pub occupants: Mesh,
 }
 
 impl Geometry {
-    /// Splits a mesh whose faces name their joints as their objects. The piece of a `Shut` joint is
-    /// the shell together with its doors; occupants belong to the body, shut or ajar.
+    /// Splits a mesh whose faces name their joints, or the occupants, as their objects. The piece of a
+    /// `Shut` joint is the shell together with its doors.
     pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Geometry {
         if rig.joints.len() == 1 {
             let mut whole = mesh;
             whole.faces.iter_mut().for_each(|face| face.object = 0);
-            return Geometry { pieces: vec![whole.clone()], whole };
+            return Geometry { pieces: vec![whole.clone()], whole, occupants: Mesh::default() };
         }
         let motion = |object: u32| rig.joints.get(object as usize).map(|joint| &joint.motion);
         let is_shell = |object: u32| {
             matches!(motion(object), Some(Motion::Ajar | Motion::Shut | Motion::Door { .. }))
-                || object == OCCUPANTS
         };
         let pieces = rig
             .joints
@@ -31,14 +34,14 @@ impl Geometry {
             .zip(0..)
             .map(|(joint, number)| match joint.motion {
                 Motion::Shut => part(&mesh, is_shell),
-                Motion::Ajar => part(&mesh, |object| object == number || object == OCCUPANTS),
-                Motion::Still if number == 0 => {
-                    part(&mesh, |object| object == 0 || object == OCCUPANTS)
-                }
                 _ => part(&mesh, |object| object == number),
             })
             .collect();
-        Geometry { whole: part(&mesh, |object| object != OCCUPANTS), pieces }
+        Geometry {
+            whole: part(&mesh, |object| object != OCCUPANTS),
+            pieces,
+            occupants: part(&mesh, |object| object == OCCUPANTS),
+        }
     }
 }
 

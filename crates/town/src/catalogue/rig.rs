@@ -123,6 +123,15 @@ impl Rig {
         matches!(self.joints[..], [Joint { motion: Motion::Still, .. }])
     }
 
+    /// Whether a piece is the body, with its doors shut or ajar; occupants are shown with it.
+    pub fn is_body(&self, piece: usize) -> bool {
+        match self.joints[piece].motion {
+            Motion::Shut | Motion::Ajar => true,
+            Motion::Still => piece == 0,
+            _ => false,
+        }
+    }
+
     /// The number of doors that open.
     pub fn door_count(&self) -> usize {
         self.joints.iter().filter(|joint| matches!(joint.motion, Motion::Door { .. })).count()

@@ -30,16 +30,15 @@ fn the_pieces_at_rest_make_up_the_whole_mesh() {
         let (rig, geometry) = (one.rig(), one.geometry());
         assert_eq!(rig.joints.len(), geometry.pieces.len(), "{}", one.id);
         let mut triangles = 0;
-        let has_doors = one.kind == Kind::Vehicle && rig.door_count() > 0;
-        let is_driven = has_doors || one.base_type == "bus";
         let rest = Posture { stride: 0.3, ..Posture::default() };
         rig.place(&rest, |piece, placed| {
             triangles += geometry.pieces[piece].triangles.len();
             assert!(placed.abs_diff_eq(Affine3A::IDENTITY, 1e-5), "{}: {piece}", one.id);
         });
-        // Occupants are in the pieces only.
-        let whole = geometry.whole.triangles.len();
-        assert!(triangles == whole || is_driven && triangles > whole, "{}", one.id);
+        assert_eq!(triangles, geometry.whole.triangles.len(), "{}", one.id);
+        let has_doors = one.kind == Kind::Vehicle && rig.door_count() > 0;
+        let is_driven = has_doors || one.base_type == "bus";
+        assert_eq!(is_driven, !geometry.occupants.triangles.is_empty(), "{}", one.id);
         for (piece, joint) in geometry.pieces.iter().zip(&rig.joints) {
             assert!(!piece.triangles.is_empty(), "{}: {} is empty", one.id, joint.name);
         }

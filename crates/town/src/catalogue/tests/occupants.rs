@@ -20,7 +20,11 @@ fn a_driven_car_has_a_driver_and_a_parked_one_has_none() {
         for doors in [0, 1] {
             let mut heads = 0;
             one.rig().place(&Posture { doors, ..Posture::default() }, |piece, _| {
-                let mesh = &geometry.pieces[piece];
+                assert!(with(&geometry.pieces[piece], Material::Skin).is_empty(), "{}", one.id);
+                if !one.rig().is_body(piece) {
+                    return;
+                }
+                let mesh = &geometry.occupants;
                 let mut skin = with(mesh, Material::Skin);
                 skin.retain(|(corners, _)| {
                     let at = |corner: u32| Vec3::from_array(mesh.positions[corner as usize]);
@@ -42,14 +46,10 @@ fn a_driven_car_has_a_driver_and_a_parked_one_has_none() {
 fn occupants_are_inside_the_body() {
     for one in catalogue().iter().filter(|one| one.rig().door_count() > 0) {
         let [low, high] = [-1.0, 1.0].map(|side| one.center_m + one.half_extents_m * side);
-        for mesh in &one.geometry().pieces {
-            for (corners, _) in with(mesh, Material::Skin) {
-                for corner in corners {
-                    let point = Vec3::from_array(mesh.positions[*corner as usize]);
-                    let inside = point.cmpgt(low).all() && point.cmplt(high - Vec3::Z * 0.02).all();
-                    assert!(inside, "{}: {point}", one.id);
-                }
-            }
+        for point in &one.geometry().occupants.positions {
+            let point = Vec3::from_array(*point);
+            let inside = point.cmpgt(low).all() && point.cmplt(high - Vec3::Z * 0.02).all();
+            assert!(inside, "{}: {point}", one.id);
         }
     }
 }
@@ -59,10 +59,7 @@ fn a_bus_has_rows_of_seats_and_people_only_where_it_is_driven() {
     let (_, bus) = crate::blueprint("vehicle.mitsubishi.fusorosa").unwrap();
     let whole = bus.mesh();
     assert!(with(whole, Material::Skin).is_empty(), "a parked bus is empty");
-    let mut people = 0;
-    bus.rig().place(&Posture::default(), |piece, _| {
-        people += with(&bus.geometry().pieces[piece], Material::Skin).len();
-    });
+    let people = with(&bus.geometry().occupants, Material::Skin).len();
     assert!(people > 400, "{people} triangles of skin");
     // Upholstery along the aisle, on both sides, all of it between floor and roof.
     let cloth = with(whole, Material::Cloth);
