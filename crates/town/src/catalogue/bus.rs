@@ -22,6 +22,12 @@ const BUMPER_M: f32 = 0.13;
 const DOORS: [f32; 2] = [0.100, 0.475];
 const DOOR_HALF_M: f32 = 0.40;
 
+/// The destination in seven segments, "25 SCHULE": from bit 0 the upper one, those on the right, the lower one, those on
+/// the left, and the middle one.
+const SIGN: [u8; 9] = [0x5b, 0x6d, 0, 0x6d, 0x39, 0x76, 0x3e, 0x38, 0x79];
+/// The width of a segment. Metres.
+const STROKE_M: f32 = 0.016;
+
 /// Adds doors, sign, roof box, inside and occupants. `number` varies the occupants.
 pub(super) fn fit(builder: &mut MeshBuilder, front: &End, number: usize) {
     outside(builder, front.measure);
@@ -36,14 +42,39 @@ fn destination(builder: &mut MeshBuilder, front: &End) {
     builder.tinted(Material::Plastic, [18, 18, 20]);
     front.plate(builder, half * 0.62, [height * 0.855, height * 0.935], 0.004);
     builder.tinted(Material::LampAmber, [250, 180, 60]);
-    for glyph in (0..9).filter(|glyph| *glyph != 3) {
-        let line = |step: u32| -> Option<Vec<(Vec3, Vec3)>> {
-            let y = half * (-0.50 + 0.115 * glyph as f32 + 0.0375 * step as f32);
-            let z = |row: u32| height * (0.875 + 0.013 * row as f32);
-            (0..4).map(|row| front.ahead(y, z(row))).collect()
+    let (wide, tall) = (half * 0.085, height * 0.042);
+    let stroke = |builder: &mut MeshBuilder, [a, b]: [[f32; 2]; 2]| {
+        let wider = STROKE_M * 0.5;
+        let (low, high) = ([a[0].min(b[0]), a[1].min(b[1])], [a[0].max(b[0]), a[1].max(b[1])]);
+        let corners = [(low[0], low[1]), (high[0], low[1]), (high[0], high[1]), (low[0], high[1])];
+        let aside = [(-wider, -wider), (wider, -wider), (wider, wider), (-wider, wider)];
+        let at = |corner: usize| {
+            let ((y, z), (dy, dz)) = (corners[corner], aside[corner]);
+            front.ahead(y + dy, z + dz).map(|(at, normal)| at + normal * 0.008)
         };
-        if let Some(grid) = (0..3).map(line).collect::<Option<Vec<_>>>() {
-            front.shell(builder, &grid, 0.008);
+        if let (Some(a), Some(b), Some(c), Some(d)) = (at(0), at(1), at(2), at(3)) {
+            builder.quad([a, b, c, d]);
+        }
+    };
+    for (place, segments) in SIGN.iter().enumerate() {
+        let (y, z) = (half * (-0.53 + 0.118 * place as f32), height * 0.874);
+        let (left, right) = (y, y + wide);
+        let (middle, top) = (z + tall * 0.5, z + tall);
+        for (segment, ends) in [
+            [[left, top], [right, top]],
+            [[right, middle], [right, top]],
+            [[right, z], [right, middle]],
+            [[left, z], [right, z]],
+            [[left, z], [left, middle]],
+            [[left, middle], [left, top]],
+            [[left, middle], [right, middle]],
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            if segments >> segment & 1 != 0 {
+                stroke(builder, ends);
+            }
         }
     }
 }

@@ -26,6 +26,8 @@ pub(super) struct Livery {
 
 /// The colour of pillars between windows and of other trim: polished black, sRGB.
 const TRIM: [u8; 3] = [15, 15, 16];
+/// The height above which trim is that of pillars, as a fraction of the height.
+const PILLARS: f32 = 0.52;
 /// How often a control cage is subdivided.
 const SUBDIVISIONS: usize = 1;
 /// The width of the rounding of a crease, as of pressed sheet metal. Metres.
@@ -44,7 +46,7 @@ pub(super) fn body(
     let shell = if shape.doors == 0 { 0 } else { SHELL };
     builder.object(shell);
     let first = builder.mesh.triangles.len();
-    let surface = subdivided(builder, shape.cage, measure, livery);
+    let surface = subdivided(builder, shape, measure, livery);
     seals::add(builder, first);
     builder.object(shell);
     linings(builder, shape, measure);
@@ -59,8 +61,14 @@ pub(super) fn body(
 }
 
 /// Adds a body made from a control cage.
-fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: Livery) -> Surface {
-    let cage = cage(text, measure);
+fn subdivided(
+    builder: &mut MeshBuilder,
+    shape: &Silhouette,
+    measure: &Measure,
+    livery: Livery,
+) -> Surface {
+    let first = builder.mesh.triangles.len();
+    let cage = cage(shape.cage, measure);
     let smooth = (0..SUBDIVISIONS).fold(cage.clone(), |cage, _| cage.subdivided());
     // Points keep their indices: the coarse faces between points of the finished surface.
     let points = smooth.points[..cage.points.len()].to_vec();
@@ -79,8 +87,23 @@ fn subdivided(builder: &mut MeshBuilder, text: &str, measure: &Measure, livery: 
         };
         Face { material: skin.material as u8, object, tint, ..usual }
     });
+    if !shape.is_angular {
+        polish(builder, first, measure.size_m.z * PILLARS);
+    }
     cabin::lining(builder, &Cage { points, ..cage });
     Surface::of(&fine)
+}
+
+/// Gives trim above a height, among the triangles from `first` on, the gloss of paint: pillars are polished, cladding
+/// below them is not.
+fn polish(builder: &mut MeshBuilder, first: usize, height: f32) {
+    let mesh = &mut builder.mesh;
+    for (corners, face) in mesh.triangles[first..].iter().zip(&mut mesh.faces[first..]) {
+        let is_high = corners.iter().all(|at| mesh.positions[*at as usize][2] > height);
+        if is_high && face.material == Material::Plastic as u8 {
+            face.material = Material::CarPaint as u8;
+        }
+    }
 }
 
 /// Returns the control cage of a car of these dimensions.

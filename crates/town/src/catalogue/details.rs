@@ -13,8 +13,9 @@ use crate::{
     mesh_builder::MeshBuilder,
 };
 
-/// The width of a gap between two panels, 3.5 to 5 mm on cars of today. Metres.
-const GAP_M: f32 = 0.005;
+/// The width of a gap between two panels, 3.5 to 5 mm on cars of today, and a little more, so that it is not lost between
+/// rays. Metres.
+const GAP_M: f32 = 0.006;
 /// The width of the dark bands along the sills, and of the seals below the windows. Metres.
 const SILL_M: f32 = 0.05;
 const SEAL_M: f32 = 0.014;
@@ -27,10 +28,12 @@ const VALANCE_OUT_M: f32 = 0.003;
 const FLARE_OUT_M: f32 = 0.009;
 const RUGGED_M: f32 = 0.2;
 /// The height of the dark band that stands for a gap over the body. Metres.
-const LIFT_M: f32 = 0.0015;
+const LIFT_M: f32 = 0.003;
 
 /// A point of the body and its outward normal.
 type Spot = (Vec3, Vec3);
+/// Points of the body above each other.
+type Column = [Spot; 5];
 
 /// Adds all that fits the body.
 pub(super) fn fit(
@@ -49,8 +52,8 @@ pub(super) fn fit(
     for line in body.sills() {
         gap(builder, &line, SILL_M);
     }
-    for line in body.valances() {
-        band(builder, &line, VALANCE_M, VALANCE_OUT_M);
+    for columns in body.valances() {
+        cladding(builder, &columns);
     }
     if shape.doors > 0 && !body.is_van() && !shape.is_angular && shape.clearance_m > RUGGED_M {
         for line in body.arches() {
@@ -84,6 +87,21 @@ fn band(builder: &mut MeshBuilder, line: &[Spot], wide: f32, out: f32) {
         .collect();
     for pair in edges.windows(2) {
         builder.quad([pair[0][0], pair[0][1], pair[1][1], pair[1][0]]);
+    }
+}
+
+/// Adds unpainted plastic over the body, which lies between its columns.
+fn cladding(builder: &mut MeshBuilder, columns: &[Column]) {
+    builder.tinted(Material::Plastic, [10, 10, 11]);
+    let raised = |(at, normal): Spot| at + normal * VALANCE_OUT_M;
+    for pair in columns.windows(2) {
+        let [right, left] = [pair[0].map(raised), pair[1].map(raised)];
+        for row in 0..right.len() - 1 {
+            let corners = [right[row], left[row], left[row + 1], right[row + 1]];
+            let [a, b, c, d] = corners;
+            let is_outward = (c - a).cross(d - b).dot(pair[0][row].1) > 0.0;
+            builder.quad(if is_outward { corners } else { [a, d, c, b] });
+        }
     }
 }
 
@@ -131,8 +149,8 @@ impl Body<'_> {
             return Vec::new();
         };
         let front = 0.045;
-        let side = |side: f32| self.over([front, 0.66 * side], [cowl - 0.012, 0.80 * side], 10);
-        vec![side(1.0), side(-1.0), self.over([front, 0.66], [front, -0.66], 12)]
+        let side = |side: f32| self.over([front, 0.66 * side], [cowl - 0.012, 0.80 * side], 24);
+        vec![side(1.0), side(-1.0), self.over([front, 0.66], [front, -0.66], 28)]
     }
 
     /// The gaps of a boot lid or tailgate: over the deck behind the rear window, and down the tail.
@@ -153,13 +171,13 @@ impl Body<'_> {
         let mut lines = Vec::new();
         for side in [1.0f32, -1.0] {
             if let Some(deck) = deck.filter(|deck| *deck < 0.93) {
-                lines.push(self.over([deck, 0.74 * side], [0.975, 0.74 * side], 6));
+                lines.push(self.over([deck, 0.74 * side], [0.975, 0.74 * side], 14));
             }
-            let down = |step: u32| end.ahead(y * side, high + (low - high) * step as f32 / 8.0);
-            lines.push((0..=8).map_while(down).collect());
+            let down = |step: u32| end.ahead(y * side, high + (low - high) * step as f32 / 18.0);
+            lines.push((0..=18).map_while(down).collect());
         }
-        let across = |step: u32| end.ahead(y * (1.0 - step as f32 / 6.0), low);
-        lines.push((0..=12).map_while(across).collect());
+        let across = |step: u32| end.ahead(y * (1.0 - step as f32 / 14.0), low);
+        lines.push((0..=28).map_while(across).collect());
         lines
     }
 
@@ -177,9 +195,29 @@ impl Body<'_> {
         })
     }
 
-    /// The bands of unpainted plastic below both bumpers, from corner to corner.
-    fn valances(&self) -> Vec<Vec<Spot>> {
-        self.round_ends(|end| end.low() + 0.005)
+    /// The bands of unpainted plastic below both bumpers, from corner to corner: columns from the lower to the upper
+    /// edge.
+    fn valances(&self) -> Vec<Vec<Column>> {
+        if self.shape.doors == 0 {
+            return Vec::new();
+        }
+        let Body { shape, measure, surface } = *self;
+        let band = |is_front: bool| -> Vec<Column> {
+            let end = End { shape, measure, is_front, surface };
+            let foot = end.low() + 0.005 - VALANCE_M * 0.5;
+            let column = |step: i32| -> Option<Column> {
+                let u = step as f32 * 0.05;
+                let at = |z: f32| end.round(u.signum(), u.abs(), z);
+                // The lower edge of the body, which ends higher at its corners.
+                let mut heights = (0..16).map(|step| foot + 0.01 * step as f32);
+                let foot = heights.find(|z| at(*z).is_some())?;
+                let rows = [0.0, 0.25, 0.5, 0.75, 1.0].map(|up| at(foot + up * VALANCE_M));
+                let [Some(a), Some(b), Some(c), Some(d), Some(e)] = rows else { return None };
+                Some([a, b, c, d, e])
+            };
+            (-24..=24).filter_map(column).collect()
+        };
+        vec![band(true), band(false)]
     }
 
     /// A line round the front and one round the rear of a body with doors, each at a height of its end.
@@ -192,10 +230,10 @@ impl Body<'_> {
             let end = End { shape, measure, is_front, surface };
             let z = height(&end);
             let at = |step: i32| {
-                let u = step as f32 * 0.1;
+                let u = step as f32 * 0.04;
                 end.round(u.signum(), u.abs(), z)
             };
-            (-12..=12).filter_map(at).collect()
+            (-30..=30).filter_map(at).collect()
         };
         vec![line(true), line(false)]
     }
@@ -408,14 +446,29 @@ mod tests {
     }
 
     #[test]
+    fn the_body_does_not_rise_through_a_gap_between_two_points_of_it() {
+        with("vehicle.lincoln.mkz_2020", &silhouettes::SEDAN, |body| {
+            for line in body.bonnet() {
+                for pair in line.windows(2) {
+                    let middle = (pair[0].0 + pair[1].0) * 0.5;
+                    let (below, normal) =
+                        body.surface.cast(middle.with_z(0.3), Vec3::Z).expect("a bonnet");
+                    let over = (middle + pair[0].1 * LIFT_M - below).dot(normal);
+                    assert!(over > 0.0, "{over} m over the bonnet at {middle}");
+                }
+            }
+        });
+    }
+
+    #[test]
     fn dark_plastic_runs_below_the_bumpers_and_round_the_arches_of_rugged_cars() {
         with("vehicle.nissan.patrol_2021", &silhouettes::SUV, |body| {
             assert!(body.shape.clearance_m > RUGGED_M);
             let valances = body.valances();
             assert_eq!(valances.len(), 2);
             for line in &valances {
-                assert!(line.len() > 20, "from corner to corner: {}", line.len());
-                let [left, right] = [line.first(), line.last()].map(|end| end.unwrap().0.y);
+                assert!(line.len() > 40, "from corner to corner: {}", line.len());
+                let [left, right] = [line.first(), line.last()].map(|end| end.unwrap()[2].0.y);
                 assert!((left + right).abs() < 1e-3 && left.abs() > body.half() * 0.6, "{left}");
             }
             let arches = body.arches();

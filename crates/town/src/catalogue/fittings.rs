@@ -42,7 +42,14 @@ pub(super) fn mirrors_and_handles(
                 oval([inner, full], [z + 0.01, z + tall + 0.01], x, shrink, side)
             };
             builder.solid(|builder| {
-                let rings = [(-0.032, 0.006), (0.03, 0.0), (0.075, 0.022), (0.1, 0.06)];
+                let rings = [
+                    (-0.032, 0.008),
+                    (-0.022, 0.0),
+                    (0.03, 0.002),
+                    (0.06, 0.014),
+                    (0.085, 0.034),
+                    (0.1, 0.062),
+                ];
                 let rings = rings.map(|(ahead, shrink)| shell(x + ahead, shrink));
                 builder.loft(&rings, |_, _| None);
             });
@@ -73,18 +80,21 @@ pub(super) fn mirrors_and_handles(
     builder.object(if cuts.is_empty() { 0 } else { SHELL });
 }
 
+/// Corners of the section of a mirror.
+const OVAL: u32 = 14;
+
 /// A rectangle with round corners across the vehicle at `x`, between y and z on the left (1) or right (−1) side.
 fn oval(y: [f32; 2], z: [f32; 2], x: f32, shrink: f32, side: f32) -> Vec<Vec3> {
     let middle = vec3(x, (y[0] + y[1]) * 0.5, (z[0] + z[1]) * 0.5);
     let (wide, high) = ((y[1] - y[0]) * 0.5 - shrink, (z[1] - z[0]) * 0.5 - shrink);
     let corner = |step: u32| {
-        let (sin, cos) = (std::f32::consts::TAU * step as f32 / 8.0).sin_cos();
+        let (sin, cos) = (std::f32::consts::TAU * step as f32 / OVAL as f32).sin_cos();
         // A superellipse of fourth degree.
         let round = |c: f32| c.abs().sqrt().copysign(c);
         let at = middle + vec3(0.0, round(cos) * wide.max(0.005), round(sin) * high.max(0.005));
         vec3(at.x, at.y * side, at.z)
     };
-    (0..8).map(corner).collect()
+    (0..OVAL).map(corner).collect()
 }
 
 /// Albedos of the lenses of a light bar, sRGB: dark, as they are by day while nothing shines behind them.

@@ -8,7 +8,7 @@ use mesh::Material;
 use crate::{catalogue::end::End, mesh_builder::MeshBuilder};
 
 /// Facets round a bowl.
-const SIDES: u32 = 9;
+const SIDES: u32 = 16;
 /// The profile of a bowl from the back of its rim to the tip of its bulb: fraction of the radius, and distance along
 /// the axis in metres.
 const BOWL: [(f32, f32); 6] =
@@ -20,7 +20,9 @@ const RIB_M: f32 = 0.006;
 /// The satin inside of a head lamp, sRGB.
 const HOUSING: [u8; 3] = [82, 85, 90];
 /// Tint of the clear cover of a head lamp: renderers give it a part of the lamp's light.
-const LENS: [u8; 3] = [0, 0, 8];
+const CLEAR: [u8; 3] = [0, 0, 8];
+/// The profile of the domed cover of a round lamp, as that of a bowl.
+const DOME: [(f32, f32); 4] = [(0.97, 0.012), (0.80, 0.026), (0.45, 0.034), (0.0, 0.037)];
 /// The distance by which the cover stands out of the body. Metres.
 const LENS_OUT_M: f32 = 0.036;
 
@@ -32,14 +34,7 @@ pub(super) fn bowl(
     radius: f32,
     [reflector, bulb]: [Material; 2],
 ) {
-    let turn = Quat::from_rotation_arc(Vec3::X, axis);
-    let rings = BOWL.map(|(reach, along)| -> Vec<Vec3> {
-        let around = |side: u32| {
-            let (sin, cos) = (TAU * side as f32 / SIDES as f32).sin_cos();
-            at + turn * (Vec3::X * along + Vec3::new(0.0, cos, sin) * (reach * radius))
-        };
-        (0..SIDES).map(around).collect()
-    });
+    let rings = BOWL.map(|point| ring(at, axis, radius, point));
     builder.material(bulb);
     builder.solid(|builder| {
         builder.loft(&rings, |band, _| match band {
@@ -48,6 +43,23 @@ pub(super) fn bowl(
             _ => None,
         });
     });
+}
+
+/// Adds a domed clear cover over a bowl.
+pub(super) fn dome(builder: &mut MeshBuilder, at: Vec3, axis: Vec3, radius: f32) {
+    let rings = DOME.map(|point| ring(at, axis, radius, point));
+    builder.tinted(Material::Glass, CLEAR);
+    builder.solid(|builder| builder.loft(&rings, |_, _| None));
+}
+
+/// Returns the points around an axis at a point of a profile.
+fn ring(at: Vec3, axis: Vec3, radius: f32, (reach, along): (f32, f32)) -> Vec<Vec3> {
+    let turn = Quat::from_rotation_arc(Vec3::X, axis);
+    let around = |side: u32| {
+        let (sin, cos) = (TAU * side as f32 / SIDES as f32).sin_cos();
+        at + turn * (Vec3::X * along + Vec3::new(0.0, cos, sin) * (reach * radius))
+    };
+    (0..SIDES).map(around).collect()
 }
 
 /// Adds a lamp of horizontal ribs on a dark ground, round the end on one side.
@@ -124,7 +136,7 @@ pub(super) fn cluster(
         let axis = (ahead * 1.5 + normal).try_normalize().unwrap_or(ahead);
         bowl(builder, at - normal * 0.003, axis, radius, [material; 2]);
     }
-    builder.tinted(Material::Glass, LENS);
+    builder.tinted(Material::Glass, CLEAR);
     end.framed(builder, side, [inner, 1.14], [from, to], LENS_OUT_M);
 }
 

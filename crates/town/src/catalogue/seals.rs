@@ -61,7 +61,7 @@ pub(super) fn add(builder: &mut MeshBuilder, first: usize) {
             edges.push((from, to, face.object, inward, wide));
         }
     }
-    let strips: Vec<(u32, [Vec3; 4])> = edges
+    let strips: Vec<(bool, u32, [Vec3; 4])> = edges
         .iter()
         .map(|(from, to, object, inward, wide)| {
             let ends = [from, to].map(|end| {
@@ -71,11 +71,12 @@ pub(super) fn add(builder: &mut MeshBuilder, first: usize) {
                 let at = point(*end) + normal.normalize_or_zero() * OUT_M;
                 [at - miter * BEYOND_M, at + miter * *wide]
             });
-            (*object, [ends[0][0], ends[1][0], ends[1][1], ends[0][1]])
+            (*wide == END_M, *object, [ends[0][0], ends[1][0], ends[1][1], ends[0][1]])
         })
         .collect();
-    builder.tinted(Material::Plastic, RUBBER);
-    for (object, corners) in strips {
+    for (is_end, object, corners) in strips {
+        // The black print of windscreens lies below their glass, and mirrors as that does.
+        builder.tinted(if is_end { Material::CarPaint } else { Material::Rubber }, RUBBER);
         builder.object(object).quad(corners);
     }
 }
@@ -96,6 +97,8 @@ mod tests {
         let mesh = &builder.mesh;
         assert_eq!(mesh.triangles.len(), 2 + 4 * 2);
         assert!(mesh.faces[2..].iter().all(|face| face.object == 3 && face.tint != 0));
+        // This pane faces up, as a windscreen does, and has a black print.
+        assert!(mesh.faces[2..].iter().all(|face| face.material == Material::CarPaint as u8));
         let area: f32 = mesh.triangles[2..]
             .iter()
             .map(|corners| {

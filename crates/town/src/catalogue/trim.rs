@@ -173,6 +173,7 @@ pub(super) fn front(
                 let lenses = [Material::LampWhite, Material::LampHigh];
                 let at = seat(&end, side, [0.70, middle], radius);
                 lamp::bowl(builder, at, axis, radius * 1.1, lenses);
+                lamp::dome(builder, at, axis, radius * 1.1);
                 builder.material(indicator);
                 end.disc(builder, side, [0.72, middle - radius * 1.9], radius * 0.42, OUT_M);
             }
@@ -181,6 +182,7 @@ pub(super) fn front(
                 for (u, lens) in [(0.82, Material::LampWhite), (0.60, Material::LampHigh)] {
                     let at = seat(&end, side, [u, middle], radius);
                     lamp::bowl(builder, at, Vec3::X * end.forward(), radius, [lens; 2]);
+                    lamp::dome(builder, at, Vec3::X * end.forward(), radius);
                 }
                 builder.material(indicator);
                 end.wrap(builder, side, [0.64, 0.84], [low + tall * 0.18, low + tall * 0.28]);

@@ -5,6 +5,11 @@ use mesh::Material;
 
 use crate::{catalogue::blueprint::Wheel, mesh_builder::MeshBuilder};
 
+/// Colours of a brake disc and of alloy rims, sRGB: metal is bright where it mirrors the sky, and has brake dust.
+const DISC: [u8; 3] = [58, 56, 54];
+const ALLOY: [u8; 3] = [94, 95, 97];
+const DARK_ALLOY: [u8; 3] = [38, 39, 41];
+
 /// Adds the wheel of a car: a tyre with rounded shoulders, a rim with a deep barrel, a brake disc, and
 /// spokes; `style` decides how many.
 pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, style: usize) {
@@ -38,17 +43,13 @@ pub(super) fn car_wheel(builder: &mut MeshBuilder, wheel: &Wheel, sides: u32, st
         .collect();
     builder.material(Material::Plastic);
     builder.solid(|builder| builder.loft(&rings, |band, _| profile.get(band).map(|p| p.2)));
-    builder.tinted(Material::Metal, [64, 65, 67]);
+    builder.tinted(Material::Metal, DISC);
     builder.solid(|builder| builder.rod(at(0.0, 0.0, 0.2), at(0.0, 0.0, 0.36), radius * 0.42, 16));
     let (spokes, wide): (u32, f32) = [(5, 0.15), (10, 0.065), (7, 0.10), (5, 0.10)][style % 4];
     let dark = matches!(style % 5, 2 | 4);
     for spoke in 0..spokes {
         let middle = TAU * spoke as f32 / spokes as f32;
-        if dark {
-            builder.tinted(Material::Metal, [46, 47, 50]);
-        } else {
-            builder.tinted(Material::Metal, [136, 138, 141]);
-        }
+        builder.tinted(Material::Metal, if dark { DARK_ALLOY } else { ALLOY });
         // Rings across the spoke, from the hub to the rim.
         let ring = |reach: f32, wide: f32, face: f32| -> Vec<Vec3> {
             let turn = (wide / reach).atan();
