@@ -33,7 +33,7 @@ pub(crate) enum Form {
 const FORMS: [Form; 3] = [Form::Near, Form::Far, Form::Coarse];
 
 /// The number of models of one species and form.
-pub(crate) const VARIANTS: usize = 2;
+pub(crate) const VARIANTS: usize = 4;
 
 /// A model of a plant with its foot at the origin. Metres.
 #[derive(Debug)]

@@ -510,7 +510,7 @@ fn close_up(scene: &Scene) -> Image {
 fn furrows_of_bark_run_up_the_trunk() {
     // An oak 1.13 m before the camera.
     let oak = town::Plant {
-        model: 24,
+        model: 48,
         object: 0,
         position: Vec3::new(1.45, 0., 0.),
         yaw_rad: 0.,

@@ -73,12 +73,12 @@ impl Shape {
 pub(super) const SHAPES: [Shape; 6] = [
     Shape {
         species: Species::Plane, height_m: 9.9, crown_radius_m: 2.5, trunk_radius_m: 0.17,
-        crown_from_m: 4.0, taper: 0.1, rise: 0.3, limbs: 5, leaves: 3400, leaf_m: 0.235,
+        crown_from_m: 4.0, taper: 0.1, rise: 0.3, limbs: 5, leaves: 4500, leaf_m: 0.235,
         green: [112, 132, 72], bark: [118, 110, 94],
     },
     Shape {
         species: Species::Lime, height_m: 8.3, crown_radius_m: 2.7, trunk_radius_m: 0.18,
-        crown_from_m: 2.0, taper: 0.3, rise: 0.3, limbs: 4, leaves: 3500, leaf_m: 0.235,
+        crown_from_m: 2.0, taper: 0.3, rise: 0.3, limbs: 4, leaves: 4700, leaf_m: 0.235,
         green: [99, 125, 64], bark: [76, 67, 56],
     },
     Shape {
@@ -93,12 +93,12 @@ pub(super) const SHAPES: [Shape; 6] = [
     },
     Shape {
         species: Species::Oak, height_m: 10.0, crown_radius_m: 4.1, trunk_radius_m: 0.31,
-        crown_from_m: 2.5, taper: 0.1, rise: 0.15, limbs: 6, leaves: 3700, leaf_m: 0.31,
+        crown_from_m: 2.5, taper: 0.1, rise: 0.15, limbs: 6, leaves: 5000, leaf_m: 0.31,
         green: [90, 111, 56], bark: [68, 60, 50],
     },
     Shape {
         species: Species::Bush, height_m: 1.3, crown_radius_m: 0.95, trunk_radius_m: 0.0,
-        crown_from_m: 0.02, taper: 0.1, rise: 0.5, limbs: 0, leaves: 1050, leaf_m: 0.115,
+        crown_from_m: 0.02, taper: 0.1, rise: 0.5, limbs: 0, leaves: 1400, leaf_m: 0.115,
         green: [86, 112, 60], bark: [84, 72, 56],
     },
 ];
