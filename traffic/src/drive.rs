@@ -190,7 +190,7 @@ fn leader_during_change(vehicle: &Vehicle, row: usize, view: &View, leader: Lead
         }
         let old = leader::first_ahead(view.occupancy, beside, own, start, from);
         if old.gap_m.is_finite() {
-            let (there, _) = route::shift_at(vehicle, old.gap_m.max(0.0));
+            let there = route::shift_at(vehicle, old.gap_m.max(0.0)).left_m;
             let apart = full.abs() - there.abs();
             let clear = body.half_width_m + view.agents.body[old.agent as usize].half_width_m;
             return if apart < clear + 0.3 && old.gap_m < leader.gap_m { old } else { leader };

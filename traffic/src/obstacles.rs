@@ -272,7 +272,7 @@ impl<'a> Course<'a> {
         let ahead_m = self.body.tracking_point_m() + ahead_m;
         let (lane, arc_m) = ahead(self.vehicle, self.tracks, ahead_m);
         let (point, tangent, _) = self.tracks.at(lane, arc_m);
-        let left_m = shift_at(self.vehicle, ahead_m).0
+        let left_m = shift_at(self.vehicle, ahead_m).left_m
             + wide_offset_left(self.tracks, lane, arc_m, &self.body);
         point.truncate() + tangent.perp() * left_m
     }

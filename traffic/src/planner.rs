@@ -315,7 +315,7 @@ impl Planner {
             actor_id: ActorId(vehicles[row].id),
             lane: road::LaneIndex(lane),
             along_m: vehicles[row].arc_m,
-            cross_track_error_m: left_m - route::shift_at(&vehicles[row], tracking_point_m).0,
+            cross_track_error_m: left_m - route::shift_at(&vehicles[row], tracking_point_m).left_m,
             limit_mps: tracks.limit_mps[lane as usize],
             desired_speed_mps: scratch.desired_speeds[row],
             leader: ActorId(id(leader.agent).unwrap_or(ActorId::NONE.0)),

@@ -124,7 +124,7 @@ fn advance(
             vehicle.end_pass();
         }
     }
-    let cross_track_m = projection.left_m - shift_at(vehicle, 0.0).0;
+    let cross_track_m = projection.left_m - shift_at(vehicle, 0.0).left_m;
     let aligned = projection.tangent.dot(agents.forward[agent]);
     if vehicle.u_turn == 1 {
         vehicle.u_turn = u32::from(aligned < 0.7);
@@ -302,31 +302,54 @@ fn draw_turn(tracks: &Tracks, lane: u32, load: &LaneLoad, draws: (u64, u32, u32)
     Some(if is_better { second } else { first })
 }
 
-/// Returns the lateral offset from the route's tracks after `ahead_m` more metres, and its slope:
-/// quintic blends from where a lane change began, and to the side of a prop and back.
-pub(crate) fn shift_at(vehicle: &Vehicle, ahead_m: f32) -> (f32, f32) {
-    let (mut left_m, mut slope) = (0.0, 0.0);
-    let shift = vehicle.shift_m;
-    if shift != 0.0 {
-        let (blend, rise) = blend(vehicle.shift_done_m + ahead_m, vehicle.shift_over_m);
-        (left_m, slope) = (shift * (1.0 - blend), -shift * rise);
+/// Lateral offset from a route's tracks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct Shift {
+    /// Positive to the left, metres.
+    pub(crate) left_m: f32,
+    /// Its derivative by the arc length.
+    pub(crate) slope: f32,
+    /// Its second derivative.
+    pub(crate) bend_per_m: f32,
+}
+
+impl Shift {
+    /// Returns the sum of this and a multiple of another offset.
+    fn plus(self, factor: f32, other: Shift) -> Shift {
+        Shift {
+            left_m: self.left_m + factor * other.left_m,
+            slope: self.slope + factor * other.slope,
+            bend_per_m: self.bend_per_m + factor * other.bend_per_m,
+        }
+    }
+}
+
+/// Returns the lateral offset from the route's tracks after `ahead_m` more metres: quintic blends from
+/// where a lane change began, and to the side of a prop and back.
+pub(crate) fn shift_at(vehicle: &Vehicle, ahead_m: f32) -> Shift {
+    let mut sum = Shift::default();
+    let begin_m = vehicle.shift_m;
+    if begin_m != 0.0 {
+        let over = blend(vehicle.shift_done_m + ahead_m, vehicle.shift_over_m);
+        sum = Shift { left_m: begin_m, ..sum }.plus(-begin_m, over);
     }
     if vehicle.passes_prop() {
         let (side, over) = (vehicle.pass_left_m, vehicle.pass_over_m);
         let done = vehicle.pass_done_m + ahead_m;
-        let (out, out_rise) = blend(done, over);
-        let (back, back_rise) = blend(done - vehicle.pass_hold_m, over);
-        left_m += side * (out - back);
-        slope += side * (out_rise - back_rise);
+        let back = blend(done - vehicle.pass_hold_m, over);
+        sum = sum.plus(side, blend(done, over)).plus(-side, back);
     }
-    (left_m, slope)
+    sum
 }
 
-/// Returns a quintic blend from 0 to 1 over `over` metres, after `done` metres, and its slope.
-fn blend(done: f32, over: f32) -> (f32, f32) {
+/// Returns a quintic blend from 0 to 1 over `over` metres, after `done` metres.
+fn blend(done: f32, over: f32) -> Shift {
     let u = (done / over).clamp(0.0, 1.0);
-    let slope = 30.0 * u * u * (1.0 - u) * (1.0 - u) / over;
-    (u * u * u * (10.0 - 15.0 * u + 6.0 * u * u), slope)
+    Shift {
+        left_m: u * u * u * (10.0 - 15.0 * u + 6.0 * u * u),
+        slope: 30.0 * u * u * (1.0 - u) * (1.0 - u) / over,
+        bend_per_m: 60.0 * u * (1.0 - u) * (1.0 - 2.0 * u) / (over * over),
+    }
 }
 
 /// Returns the point on the route `ahead_m` after the vehicle's position: its lane and arc length.

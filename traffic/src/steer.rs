@@ -1,5 +1,5 @@
-//! Lateral control: curvature feed-forward along the route, and feedback on cross-track and heading
-//! error.
+//! Lateral control: feed-forward of the curvature of the route and of lane changes, and feedback on
+//! cross-track and heading error.
 //!
 //! The tracking point between the axles follows the track, at distance a before the rear axle. On a
 //! circle of curvature κ a vehicle of wheelbase L has the sideslip angle β = asin(κa) at that
@@ -131,7 +131,7 @@ pub(crate) fn steer(
     let position = position + forward * tracking_point_m;
     let (lane, hint_m) = ahead(vehicle, tracks, moved + tracking_point_m);
     let projection = tracks.project(lane, position, hint_m);
-    let (shift_m, slope) = shift_at(vehicle, moved + tracking_point_m);
+    let shift = shift_at(vehicle, moved + tracking_point_m);
     // Beside a prop, only the offset counts that clears it.
     let aside_m = if vehicle.passes_prop() { 0.0 } else { offset_left_m + evasion_left(vehicle) };
     let ride_m = if offset_left_m == 0.0 && !vehicle.passes_prop() {
@@ -139,18 +139,21 @@ pub(crate) fn steer(
     } else {
         0.0
     };
-    let target_left =
-        shift_m + wide_offset_left(tracks, lane, hint_m, &agents.body[agent]) + aside_m + ride_m;
+    let target_left = shift.left_m
+        + wide_offset_left(tracks, lane, hint_m, &agents.body[agent])
+        + aside_m
+        + ride_m;
     // The curvature is taken a little farther on, because steering follows it with a delay.
-    let (lane, arc_m) = ahead(vehicle, tracks, moved + tracking_point_m + 0.1 * speed.max(0.0));
-    let curvature = tracks.curvature_at(lane, arc_m);
+    let farther_m = moved + tracking_point_m + 0.1 * speed.max(0.0);
+    let (lane, arc_m) = ahead(vehicle, tracks, farther_m);
+    let curvature = tracks.curvature_at(lane, arc_m) + shift_at(vehicle, farther_m).bend_per_m;
 
     let kinematic_slip = (curvature * axle_m).clamp(-0.7, 0.7).asin();
     let lateral_mps2 = (curvature * speed * speed).clamp(-LATERAL_MAX_MPS2, LATERAL_MAX_MPS2);
     let [front_slip, rear_slip] = agents.body[agent].slip_radps2pm().map(|of| of * lateral_mps2);
     // The rear tyres run outwards by their slip angle, so that the body points inwards.
     let slip = kinematic_slip - rear_slip;
-    let slope_rad = if slope == 0.0 { slope } else { slope.atan() };
+    let slope_rad = if shift.slope == 0.0 { 0.0 } else { shift.slope.atan() };
     let line = Vec2::from_angle(slope_rad - slip).rotate(projection.tangent);
     let mut deviation =
         Deviation { left_m: projection.left_m - target_left, heading_rad: line.angle_to(forward) };

@@ -1,9 +1,11 @@
 //! Lane keeping, car following, and a town with many vehicles.
 
 use glam::{Vec2, Vec3};
+use protocol::param;
 
 use super::course::{Car, Course};
 use super::maps;
+use super::params::turned_for;
 use crate::body::CAR;
 
 /// Creates a car on the lane driven along x.
@@ -115,6 +117,28 @@ fn a_fast_vehicle_keeps_its_line_in_a_curve() {
     let lateral_mps2 = course.cars[0].speed.powi(2) / radius_m;
     assert!(lateral_mps2 > 2.0, "{lateral_mps2}");
     assert!(astray_m < 0.4, "{astray_m} m astray");
+}
+
+/// Without the curvature of the change in the steering, the van lags by half a metre.
+#[test]
+fn a_fast_lane_change_follows_its_line() {
+    for id in ["vehicle.volkswagen.t2_2021", "vehicle.carlamotors.carlacola"] {
+        let own = car(0.0, 25.0).built_as(id);
+        let mut course = Course::with_cars(maps::ring(800.0, 100, 2), 1, vec![own]);
+        let speed = turned_for(1, param::SPEED_MPS, 25.0);
+        (0..20 * 10).for_each(|_| course.tick_with(std::slice::from_ref(&speed)));
+        course.tick_with(&[turned_for(1, param::CHANGE_NOW, -1.0)]);
+        let mut astray_m = 0.0f32;
+        for _ in 0..20 * 6 {
+            course.tick();
+            let plan = course.planner.vehicle_plans().next().expect("it is on a road");
+            astray_m = astray_m.max(plan.cross_track_error_m.abs());
+        }
+        let place = course.cars[0].position.truncate();
+        let from_line_m = place.distance(Vec2::new(0.0, 800.0)) - (800.0 + 5.25);
+        assert!(from_line_m.abs() < 0.2, "{id}: {from_line_m} m beside the other lane's centre");
+        assert!(astray_m < 0.2, "{id}: {astray_m} m astray");
+    }
 }
 
 #[test]

@@ -13,7 +13,7 @@ pub(super) fn turned(param: u32, value: f32) -> JournalEntry {
     turned_for(0, param, value)
 }
 
-fn turned_for(actor: u32, param: u32, value: f32) -> JournalEntry {
+pub(super) fn turned_for(actor: u32, param: u32, value: f32) -> JournalEntry {
     let param = TrafficParam { actor_id: ActorId(actor), param, value };
     JournalEntry {
         client: Name::new("test"),
