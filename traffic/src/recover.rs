@@ -40,6 +40,8 @@ const PASSING_MPS: f32 = 14.0;
 /// Time over which the way back is predicted, in steps: for [`BEHIND_M`].
 const BACK_STEP_S: f32 = 0.25;
 const BACK_STEPS: u32 = 4;
+/// The steps of them within which the vehicle can stop: its corners must not meet a walker.
+const WALKER_STEPS: u32 = 2;
 /// Waiting time after which a vehicle drives back even if there is room for half of that way only: less than the gap
 /// that queues leave.
 const SHORT_BACK_AFTER_S: f32 = 20.0;
@@ -180,11 +182,12 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32, steps: u32) -> bool 
     let time_s = BACK_STEP_S * steps as f32;
     let reach_m = 2.0 * agents.reach_max_m + (REVERSE_MPS + PASSING_MPS) * time_s;
     agents.places.near(at, reach_m).into_iter().map(|other| other as usize).all(|other| {
-        // Walkers step aside.
         let is_far = (agents.position[other].z - agents.position[agent].z).abs() > 3.0;
-        if other == agent || agents.walks[other] || is_far {
+        if other == agent || is_far {
             return true;
         }
+        // Walkers step aside in time, if there is any.
+        let steps = if agents.walks[other] { WALKER_STEPS } else { steps };
         let velocity = agents.velocity[other];
         let place = |after_s: f32| {
             let at = agents.position[other].truncate() + velocity * after_s;
@@ -197,6 +200,7 @@ fn may_back(agents: &Agents, agent: usize, wheels_rad: f32, steps: u32) -> bool 
         };
         let is_near = touches(&now, SWING_M, &place(0.0));
         let margin_m = if is_near { TOUCHING_M } else { SWING_M };
+        let way = &way[..steps.min(way.len() as u32) as usize];
         way.iter().all(|(after_s, back)| !touches(back, margin_m, &place(*after_s)))
     })
 }
@@ -273,26 +277,46 @@ mod tests {
 
     /// As [`may_back_leaning`], for this number of steps.
     fn may_back_for(car: Option<(Vec3, f32)>, lean_rad: f32, steps: u32) -> bool {
-        let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
-        let actor = |id: u32, blueprint: u32, (at, mps): (Vec3, f32)| ActorState {
-            actor_id: ActorId(id),
-            kind: kind::VEHICLE,
+        let rotation = Quat::from_rotation_x(-lean_rad);
+        let car = car.map(|car| ActorState {
+            pose: Pose::new(car.0, rotation),
+            ..along_x(kind::VEHICLE, u32::MAX, car)
+        });
+        may_back_past(car, steps)
+    }
+
+    fn along_x(kind: u32, blueprint: u32, (at, mps): (Vec3, f32)) -> ActorState {
+        ActorState {
+            kind,
             blueprint,
             pose: Pose::level(at, 0.0),
             velocity_mps: [mps, 0.0, 0.0],
             ..ActorState::default()
-        };
-        let mut actors = vec![actor(1, bus, (Vec3::ZERO, 0.0))];
-        let rotation = Quat::from_rotation_x(-lean_rad);
-        actors.extend(
-            car.map(|car| ActorState {
-                pose: Pose::new(car.0, rotation),
-                ..actor(2, u32::MAX, car)
-            }),
-        );
+        }
+    }
+
+    /// Returns whether the bus may drive back for this number of steps past another actor.
+    fn may_back_past(other: Option<ActorState>, steps: u32) -> bool {
+        let (bus, _) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
+        let own = along_x(kind::VEHICLE, bus, (Vec3::ZERO, 0.0));
+        let mut actors = vec![ActorState { actor_id: ActorId(1), ..own }];
+        actors.extend(other.map(|other| ActorState { actor_id: ActorId(2), ..other }));
         let mut agents = Agents::default();
         agents.read(&actors, &Bodies::from_catalogue());
         may_back(&agents, 0, 0.48, steps)
+    }
+
+    #[test]
+    fn a_walker_at_the_corner_that_swings_out_is_waited_for() {
+        let (blueprint, _) = town::blueprint("walker.pedestrian.0001").expect("a blueprint");
+        let walker = |x: f32, y: f32, mps: f32| {
+            along_x(kind::WALKER, blueprint, (Vec3::new(x, y, 0.0), mps))
+        };
+        let may_back = |walker: ActorState| may_back_past(Some(walker), BACK_STEPS);
+        assert!(!may_back(walker(4.5, -1.8, 0.0)), "the front swings to its place");
+        assert!(may_back(walker(4.5, 1.8, 0.0)), "the front swings away from it");
+        assert!(may_back(walker(4.5, -2.3, 0.0)), "it has time to step aside");
+        assert!(may_back(walker(5.2, -1.8, 1.5)), "it walks on");
     }
 
     #[test]
