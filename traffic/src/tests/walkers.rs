@@ -418,6 +418,28 @@ fn go_back_from_a_vehicle(as_leader: bool) {
 }
 
 #[test]
+fn a_walker_steps_back_from_the_tail_of_a_bus_that_swings_out() {
+    // The left rear corner of the bus is at (20, 20), the walker 0.65 m beside it.
+    let (_, bus) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
+    let rear_left = bus.center_m + bus.half_extents_m * glam::Vec3::new(-1.0, 1.0, 0.0);
+    let origin = vec2(20.0, 20.0) - rear_left.truncate();
+    let aside_m = |yaw_rate: f32| {
+        let mut course = path();
+        let from = vec2(20.3, 20.65 + FOOT_RADIUS_M);
+        course.add_foot(from);
+        let bus = ActorState {
+            angular_velocity_radps: [0.0, 0.0, yaw_rate],
+            ..standing_vehicle("vehicle.mitsubishi.fusorosa", 99, origin, 0.0)
+        };
+        let mut stand = Stand::of(course, Vec::new());
+        stand.walk(Some(bus), 0.6);
+        stand.course.feet[0].position.y - from.y
+    };
+    let [right, straight, left] = [-0.3, 0.0, 0.3].map(aside_m);
+    assert!(right > straight + 0.1 && right > left + 0.1, "{right} {straight} {left} m");
+}
+
+#[test]
 fn opposed_streams_pass_each_other_without_contact() {
     let mut course = path();
     let mut journal = Vec::new();

@@ -137,10 +137,12 @@ impl Crowd<'_> {
                 continue;
             }
             discs.extend(body_discs(body).filter_map(|(center, of_body_m)| {
-                let to = way + forward.rotate(center);
+                let from_origin = forward.rotate(center);
+                let to = way + from_origin;
                 (to.length_squared() < NEAR_M * NEAR_M).then_some(Disc {
                     at: to,
-                    velocity: agents.velocity[index],
+                    // The tail of a vehicle that turns swings out.
+                    velocity: agents.velocity[index] + agents.yaw_rate[index] * from_origin.perp(),
                     radius_m: radius_m + of_body_m + BODY_SPACE_M,
                     share: 1.0,
                     horizon_s: BODY_HORIZON_S,
