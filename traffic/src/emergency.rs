@@ -1,8 +1,8 @@
-//! Emergency braking: of two vehicles that would touch even if both braked, both brake in time.
+//! Emergency braking: of two road users that would touch even if both braked, the vehicles brake in time.
 //!
-//! Leaders, reservations and obstacles keep vehicles apart along their routes. What they leave
-//! out, such as the tail of a truck that swings out when it turns, is found here from the bodies
-//! alone: as long as no two vehicles would touch if both braked from now on, they can still stop.
+//! Leaders, reservations and obstacles keep vehicles apart along their routes, and from walkers. What they
+//! leave out, such as the tail of a truck that swings out when it turns, is found here from the bodies
+//! alone: as long as no two would touch if both braked from now on, they can still stop.
 
 use glam::Vec2;
 
@@ -41,11 +41,11 @@ const STOREY_M: f32 = 3.0;
 /// The vehicles that have to brake now; kept to reuse its allocations.
 #[derive(Default)]
 pub(crate) struct Emergencies {
-    /// Where vehicles would be if they braked, one place after each step; the first is that of now.
+    /// Where vehicles and walkers would be if they braked, one place after each step; the first is that of now.
     places: Vec<Place>,
     /// By agent: its first place; one more entry than agents.
     first: Vec<u32>,
-    /// The vehicles with places, ascending by their least x.
+    /// The agents with places, ascending by their least x.
     bounds: Vec<Bounds>,
     /// The rows that have to brake now, ascending, each with the agent that it would touch.
     found: Vec<(usize, u32)>,
@@ -86,8 +86,7 @@ impl Emergencies {
     ) {
         let Emergencies { places, first, bounds, found } = self;
         spread.ragged(agents.count(), (places, first), |agent, places| {
-            let may_touch = !agents.walks[agent] && !agents.is_prop[agent];
-            if may_touch && agents.speed(agent).abs() <= FAST_MPS {
+            if !agents.is_prop[agent] && agents.speed(agent).abs() <= FAST_MPS {
                 push_places(vehicles, agent, tracks, agents, places);
             }
         });
@@ -112,6 +111,9 @@ impl Emergencies {
             let near = bounds[nth + 1..].iter().take_while(|other| other.low.x <= one.high.x);
             for other in near.filter(|other| other.low.y <= one.high.y && one.low.y <= other.high.y)
             {
+                if agents.walks[one.agent as usize] && agents.walks[other.agent as usize] {
+                    continue;
+                }
                 let pair = [one, other];
                 let ways = pair.map(|bounds| of(bounds.agent));
                 let together = first_touch(pair, ways, agents);
@@ -147,7 +149,7 @@ fn is_driven(vehicles: &VehicleTable, agent: u32, agents: &Agents) -> bool {
     })
 }
 
-/// Appends the places of a vehicle that brakes: along its route if this planner drives it, else straight on.
+/// Appends the places of an agent that brakes: along its route if this planner drives it, else straight on.
 fn push_places(
     vehicles: &VehicleTable,
     agent: usize,
@@ -229,8 +231,9 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::body::CAR;
     use crate::tests::{
-        course::{Car, Course as World},
+        course::{Car, Course as World, FOOT_RADIUS_M},
         maps,
     };
 
@@ -241,7 +244,18 @@ mod tests {
 
     /// Returns the rows that brake in the first frame; parked cars have none.
     fn braking(cars: Vec<Car>) -> Vec<usize> {
+        braking_beside(cars, &[])
+    }
+
+    /// As [`braking`], beside walkers with these places and velocities.
+    fn braking_beside(cars: Vec<Car>, walkers: &[(Vec2, Vec2)]) -> Vec<usize> {
         let mut world = World::with_cars(maps::two_way_loop(40.0, 80.0), 1, cars);
+        for (at, velocity) in walkers {
+            world.add_foot(*at);
+            let foot = world.feet.last_mut().expect("it was added");
+            (foot.velocity, foot.stands) = (*velocity, true);
+        }
+        world.snapshot();
         let actors = world.actors.clone();
         world.tick();
         let (map, vehicles) = (world.planner.map.clone(), &world.planner.state.vehicles);
@@ -268,6 +282,21 @@ mod tests {
         assert_eq!(gap_m(0.06, 0.0), [0]);
         let beside = Car { parked: true, ..car(40.0, 2.05, 0.0) };
         assert_eq!(braking(vec![car(33.0, 0.0, 5.0), beside]), [0; 0], "15 cm remain");
+    }
+
+    #[test]
+    fn a_vehicle_brakes_for_a_walker_that_neither_can_avoid() {
+        // The walker is right before the front, or beside the way by this clearance.
+        let ahead = |gap_m: f32, clear_m: f32, velocity: Vec2| {
+            let beside_m = CAR.half_width_m + FOOT_RADIUS_M + clear_m;
+            let at = Vec2::new(40.0 + CAR.front_m + FOOT_RADIUS_M + gap_m, beside_m - 1.75);
+            braking_beside(vec![car(40.0, 0.0, 5.0)], &[(at, velocity)])
+        };
+        assert_eq!(ahead(3.5, -0.1, Vec2::ZERO), [0]);
+        assert_eq!(ahead(4.5, -0.1, Vec2::ZERO), [0; 0], "there is time");
+        assert_eq!(ahead(3.0, 0.2, Vec2::ZERO), [0; 0], "it passes");
+        assert_eq!(ahead(3.0, 0.2, Vec2::new(0.0, -1.4)), [0], "it walks into the way");
+        assert_eq!(ahead(3.0, 0.6, Vec2::new(0.0, -1.4)), [0; 0], "it can stop");
     }
 
     #[test]
