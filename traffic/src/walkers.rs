@@ -219,7 +219,7 @@ pub(crate) fn plan(
             None => Vec2::ZERO,
             Some(on) => {
                 let chosen = crowd.velocity(row);
-                on_ground(row, on, chosen, granted[row], view)
+                crowd.slowed(row, on_ground(row, on, chosen, granted[row], view))
             }
         };
         table.watch(row, wanted[row], velocity, held[row].is_some(), view.delta_s);

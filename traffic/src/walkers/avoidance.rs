@@ -18,11 +18,15 @@ const NEIGHBOURS_MAX: usize = 10;
 /// Time within which contacts are avoided, with walkers and with others. Seconds.
 const HORIZON_S: f32 = 2.2;
 const BODY_HORIZON_S: f32 = 1.6;
+/// Time within which a walker does not come to where a body is now, which may stop at any time. Seconds.
+const STOP_S: f32 = 0.5;
 /// Time in which an overlap ends. Seconds.
 const OVERLAP_S: f32 = 0.6;
 /// What a walker keeps from others beside its own radius. Metres.
 const SPACE_M: f32 = 0.1;
 const BODY_SPACE_M: f32 = 0.3;
+/// Cosine of the angle to the middle of a disc below which a walker walks along its edge.
+const INWARDS: f32 = 0.3;
 /// Radius of the discs in the corners of a body, by half its width: a walker that keeps its space from
 /// them clears the corners.
 const CORNER_SHARE: f32 = 0.3;
@@ -117,7 +121,7 @@ impl Crowd<'_> {
         }
         near.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         near.truncate(NEIGHBOURS_MAX);
-        let mut discs = self.bodies_near(at, radius_m);
+        let mut discs = self.bodies_near(at, radius_m + BODY_SPACE_M);
         discs.extend(near.into_iter().map(|(.., disc)| disc));
         if is_met {
             *wanted -= wanted.perp() * RIGHT;
@@ -125,7 +129,21 @@ impl Crowd<'_> {
         discs
     }
 
-    /// Returns the discs of vehicles and props.
+    /// Returns a velocity, to which the ground may have bound the one of [`Crowd::velocity`], slowed down where
+    /// it leads to the place of a vehicle or a prop.
+    pub(super) fn slowed(&self, row: usize, velocity: Vec2) -> Vec2 {
+        if velocity == Vec2::ZERO {
+            return velocity;
+        }
+        let agents = self.view.agents;
+        let agent = agents.led[row] as usize;
+        let radius_m = agents.body[agent].half_width_m + SPACE_M;
+        let discs = self.bodies_near(agents.position[agent].truncate(), radius_m);
+        let times_s = discs.iter().map(|disc| disc.reached_s(velocity));
+        velocity * (times_s.fold(STOP_S, f32::min) / STOP_S)
+    }
+
+    /// Returns the discs of vehicles and props around a walker of this radius.
     fn bodies_near(&self, at: Vec2, radius_m: f32) -> Vec<Disc> {
         let agents = self.view.agents;
         let mut discs = Vec::new();
@@ -143,7 +161,7 @@ impl Crowd<'_> {
                     at: to,
                     // The tail of a vehicle that turns swings out.
                     velocity: agents.velocity[index] + agents.yaw_rate[index] * from_origin.perp(),
-                    radius_m: radius_m + of_body_m + BODY_SPACE_M,
+                    radius_m: radius_m + of_body_m,
                     share: 1.0,
                     horizon_s: BODY_HORIZON_S,
                 })
@@ -171,6 +189,23 @@ fn body_discs(body: &Body) -> impl Iterator<Item = (Vec2, f32)> {
 }
 
 impl Disc {
+    /// Returns the time after which a walker with this velocity comes to the place of the disc; infinity if
+    /// it does not, and 0 if it is there and walks on to its middle.
+    fn reached_s(&self, velocity: Vec2) -> f32 {
+        let (along, far) = (velocity.dot(self.at), self.at.length_squared());
+        let outside = far - self.radius_m * self.radius_m;
+        let root = along * along - velocity.length_squared() * outside;
+        if along <= 0.0 || root <= 0.0 {
+            return f32::INFINITY;
+        }
+        if outside <= 0.0 {
+            // It may walk along the edge.
+            let is_inwards = along > INWARDS * velocity.length() * far.sqrt();
+            return if is_inwards { 0.0 } else { f32::INFINITY };
+        }
+        outside / (along + root.sqrt())
+    }
+
     /// Returns the velocities that keep a walker with this velocity off the disc (section 4 of the
     /// paper).
     fn plane(&self, velocity: Vec2) -> HalfPlane {
@@ -211,6 +246,25 @@ impl Disc {
 mod tests {
     use super::*;
     use crate::body::Bodies;
+
+    #[test]
+    fn a_place_is_reached_after_the_time_of_the_way_to_its_edge() {
+        let disc = |x: f32, y: f32| Disc {
+            at: Vec2::new(x, y),
+            velocity: Vec2::ZERO,
+            radius_m: 0.5,
+            share: 1.0,
+            horizon_s: 1.0,
+        };
+        let ahead = Vec2::new(1.2, 0.0);
+        assert!((disc(1.1, 0.0).reached_s(ahead) - 0.5).abs() < 1e-5);
+        // Its edge lies at 1 - 0.4 m.
+        assert!((disc(1.0, 0.3).reached_s(ahead) - 0.5).abs() < 1e-5);
+        assert_eq!(disc(1.0, 0.6).reached_s(ahead), f32::INFINITY, "it passes");
+        assert_eq!(disc(-1.0, 0.0).reached_s(ahead), f32::INFINITY, "it walks away");
+        assert_eq!(disc(0.4, 0.2).reached_s(ahead), 0.0);
+        assert_eq!(disc(0.05, 0.45).reached_s(ahead), f32::INFINITY, "it walks along the edge");
+    }
 
     #[test]
     fn a_walker_that_keeps_its_space_from_a_body_clears_its_corners() {
