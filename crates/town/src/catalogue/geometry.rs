@@ -16,8 +16,8 @@ pub struct Geometry {
 }
 
 impl Geometry {
-    /// Splits a mesh whose faces name their joints, or the occupants, as their objects. The piece of a
-    /// `Shut` joint is the shell together with its doors.
+    /// Splits a mesh by the objects of its faces, which are joints or the occupants. The piece of a `Shut`
+    /// joint is the shell together with its doors.
     pub(crate) fn of(rig: &Rig, mesh: Mesh) -> Geometry {
         if rig.joints.len() == 1 {
             let mut whole = mesh;
