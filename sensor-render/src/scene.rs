@@ -64,22 +64,22 @@ impl BlueprintGeometry {
 }
 
 /// The meshes of the blueprints, each once, and of which of them each hierarchy is made.
-struct Looks<'a> {
+struct SharedMeshes<'a> {
     meshes: Vec<&'a Mesh>,
     /// For each hierarchy the indices of its meshes.
     made_of: Vec<Vec<u32>>,
 }
 
-impl<'a> Looks<'a> {
+impl<'a> SharedMeshes<'a> {
     /// Returns a hierarchy for each mesh.
-    fn each(meshes: Vec<&'a Mesh>) -> Looks<'a> {
+    fn each(meshes: Vec<&'a Mesh>) -> SharedMeshes<'a> {
         let made_of = (0..meshes.len() as u32).map(|mesh| vec![mesh]).collect();
-        Looks { meshes, made_of }
+        SharedMeshes { meshes, made_of }
     }
 
     /// Returns a hierarchy for each piece of each blueprint, then one for each of `kinds` as it is parked:
     /// at rest and empty.
-    fn of(found: &[(&'a Geometry, &Rig)], kinds: &[u32]) -> Looks<'a> {
+    fn of(found: &[(&'a Geometry, &Rig)], kinds: &[u32]) -> SharedMeshes<'a> {
         let (mut meshes, mut made_of, mut at_rest) = (Vec::new(), Vec::new(), Vec::new());
         for (geometry, rig) in found {
             let first = meshes.len() as u32;
@@ -97,7 +97,7 @@ impl<'a> Looks<'a> {
             at_rest.push(shown);
         }
         made_of.extend(kinds.iter().map(|kind| at_rest[*kind as usize].clone()));
-        Looks { meshes, made_of }
+        SharedMeshes { meshes, made_of }
     }
 }
 
@@ -202,7 +202,7 @@ impl Scene {
         let meshes: Vec<&Mesh> = blueprints.iter().map(|blueprint| blueprint.mesh).collect();
         let geometry = |first_blas| BlueprintGeometry { first_blas, rig: None, whole: None };
         let geometries = (0..meshes.len() as u32).map(geometry).collect();
-        Scene::from_looks(static_mesh, &[], &Looks::each(meshes), geometries)
+        Scene::from_meshes(static_mesh, &[], &SharedMeshes::each(meshes), geometries)
     }
 
     /// Builds the scene of a town and of every blueprint of the catalogue.
@@ -237,14 +237,14 @@ impl Scene {
             found[*index as usize] = (geometry, rig);
             geometries[*index as usize].rig = Some(Cow::Owned(rig.clone()));
         }
-        let looks = Looks::of(&found, &kinds);
-        Ok(Scene { parked, ..Scene::from_looks(static_mesh, plants, &looks, geometries)? })
+        let shared = SharedMeshes::of(&found, &kinds);
+        Ok(Scene { parked, ..Scene::from_meshes(static_mesh, plants, &shared, geometries)? })
     }
 
-    fn from_looks(
+    fn from_meshes(
         static_mesh: &Mesh,
         plants: &[Plant],
-        looks: &Looks,
+        shared: &SharedMeshes,
         geometries: Vec<BlueprintGeometry>,
     ) -> Result<Scene, SceneError> {
         let mut plant_models: Vec<u32> = plants.iter().map(|plant| plant.model).collect();
@@ -253,7 +253,7 @@ impl Scene {
         plant_models.retain(|model| *model < town::plant_count());
         let models: Vec<&Mesh> =
             plant_models.par_iter().filter_map(|model| town::plant_mesh(*model)).collect();
-        let counts = models.iter().chain(&looks.meshes).map(|mesh| mesh.triangles.len());
+        let counts = models.iter().chain(&shared.meshes).map(|mesh| mesh.triangles.len());
         check_count(static_mesh.triangles.len() + counts.sum::<usize>(), TRIANGLES_MAX)?;
         let mut scene = Scene {
             serial: new_serial(),
@@ -277,7 +277,7 @@ impl Scene {
             || {
                 let models = models.par_iter().map(|mesh| Part::new(mesh, 0).smooth());
                 let models: Vec<Part> = models.collect();
-                let parts = looks.meshes.par_iter();
+                let parts = shared.meshes.par_iter();
                 let parts = parts.map(|mesh| Part::new(mesh, JOIN_LEVELS).smooth());
                 (models, parts.collect::<Vec<_>>())
             },
@@ -287,11 +287,11 @@ impl Scene {
         scene.smooth_from = scene.triangles.len() as u32;
         let models: Vec<Blas> = models.into_iter().map(|part| scene.add(part)).collect();
         // A parent lies before its children.
-        let joins = looks.made_of.iter().map(|meshes| meshes.len() - 1).sum::<usize>();
+        let joins = shared.made_of.iter().map(|meshes| meshes.len() - 1).sum::<usize>();
         let mut join = scene.nodes.len();
         scene.nodes.resize(join + joins, Node::JOIN);
         let parts: Vec<Blas> = parts.into_iter().map(|part| scene.add(part)).collect();
-        for meshes in &looks.made_of {
+        for meshes in &shared.made_of {
             let parts = meshes.iter().map(|mesh| parts[*mesh as usize]);
             let parts: Vec<Blas> = parts.filter(|part| !part.is_empty()).collect();
             // The body comes first and is the largest.
