@@ -72,13 +72,18 @@ impl Conflict {
         }
     }
 
-    /// Returns the farthest arc length on this track at which a vehicle with its front at `front_m`
-    /// can still stop before the other: where the stretch begins or, beyond that, where its part
-    /// inside the junction begins.
-    pub(crate) fn last_stop(&self, wide: (bool, bool), front_m: f32) -> Option<f32> {
+    /// Returns the arc length on this track at which a vehicle with its front at `front_m`, which
+    /// needs `brake_m` to stop, stops before the other: where the stretch begins. Beyond that it stops
+    /// as soon as it can, and at the latest where the part of the stretch inside the junction begins:
+    /// where the other one swings out, every metre less helps. `None` if it is inside.
+    pub(crate) fn stop_at(&self, wide: (bool, bool), front_m: f32, brake_m: f32) -> Option<f32> {
+        let begin_m = self.between(wide)?.own.0;
+        if begin_m > front_m {
+            return Some(begin_m);
+        }
         let core = if wide == (false, false) { None } else { self.core };
-        let stretches = [self.between(wide), core];
-        stretches.into_iter().flatten().map(|s| s.own.0).find(|&enter_m| enter_m > front_m)
+        let core_m = core.map(|core| core.own.0).filter(|&core_m| core_m > front_m)?;
+        Some(core_m.min(front_m + brake_m))
     }
 
     fn reversed(&self, other: u32) -> Conflict {
@@ -379,6 +384,26 @@ mod tests {
         };
         assert_eq!(any((true, false)), any((false, true)), "seen from both lanes");
         (lanes.len(), [any((false, false)), any((true, false)), any((true, true))])
+    }
+
+    #[test]
+    fn a_vehicle_that_waits_where_the_other_one_swings_out_stays_there() {
+        // Stretches of Greatmoor, where vehicles wait 7.4 m before the junction.
+        let conflict = Conflict {
+            other: 1,
+            merge: false,
+            cars: None,
+            mixed: [None; 2],
+            wide: Stretches { own: (-9.8, 5.9), other: (12.6, 26.1) },
+            core: Some(Stretches { own: (0.0, 5.9), other: (12.6, 16.5) }),
+        };
+        let both = (true, true);
+        assert_eq!(conflict.stop_at(both, -12.0, 5.0), Some(-9.8), "where the stretch begins");
+        assert_eq!(conflict.stop_at(both, -7.4, 0.0), Some(-7.4), "it stands");
+        assert_eq!(conflict.stop_at(both, -7.4, 3.0), Some(-4.4), "it moves");
+        assert_eq!(conflict.stop_at(both, -7.4, 9.0), Some(0.0), "before the junction");
+        assert_eq!(conflict.stop_at(both, 0.5, 9.0), None, "inside");
+        assert_eq!(conflict.stop_at((false, false), -12.0, 0.0), None, "two cars pass each other");
     }
 
     #[test]

@@ -249,6 +249,7 @@ impl Junctions {
     fn yielding(&self, vehicles: &VehicleTable, row: usize, view: &View) -> Yielding {
         let own = view.agents.driven[row];
         let lanes = vehicles[row].route.lanes();
+        let brake_m = view.agents.velocity[own as usize].length_squared() / (2.0 * BRAKE_MPS2);
         let mut constraint = self.constraints[row];
         let (mut yields_to, mut merges_behind) = (NONE, NONE);
         for (k, &lane) in lanes.iter().enumerate().take(reserved_lanes(&vehicles[row])) {
@@ -294,9 +295,9 @@ impl Junctions {
                         continue;
                     }
                     let wide = are_wide(view, own, holder.agent);
-                    let Some(enter_m) = conflict.last_stop(wide, -start) else { continue };
+                    let Some(stop_m) = conflict.stop_at(wide, -start, brake_m) else { continue };
                     let before_m = if wide == (false, false) { 0.5 } else { 1.2 };
-                    let stop_m = (start + enter_m - before_m).max(0.0);
+                    let stop_m = (start + stop_m - before_m).max(0.0);
                     if stop_m < constraint.stop_m {
                         constraint.stop_m = stop_m;
                         yields_to = holder.agent;
