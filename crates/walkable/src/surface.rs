@@ -108,7 +108,7 @@ impl Surface {
     pub fn cell_at(&self, at: Vec2) -> Option<u32> {
         let is_in = |index: &&u32| {
             let corners = self.corners(**index);
-            (0..3).all(|side| outside_m(&corners, side, at) <= ON_LINE_M)
+            is_within(&corners, at, ON_LINE_M)
         };
         let all = self.listed(self.square(at)).iter().filter(is_in).copied();
         all.min_by_key(|index| (self.cell(*index).crossing.is_some(), *index))
@@ -150,10 +150,16 @@ impl Surface {
         let (mut cell, mut at, mut to) = (cell, from, to);
         for _ in 0..SIDES_MAX {
             let corners = self.corners(cell);
+            if is_within(&corners, to, EDGE_M) {
+                return (cell, to);
+            }
+            let beyond_m = [0, 1, 2].map(|side| outside_m(&corners, side, to));
+            // Beyond the tip of a sliver, a point is near to the lines of all sides.
+            let is_at_tip = beyond_m.iter().all(|&m| m <= EDGE_M);
+            let least_m = if is_at_tip { 0.0 } else { EDGE_M };
             let mut exit: Option<(f32, usize)> = None;
-            for side in 0..3 {
-                let beyond_m = outside_m(&corners, side, to);
-                if beyond_m <= EDGE_M {
+            for (side, beyond_m) in beyond_m.into_iter().enumerate() {
+                if beyond_m <= least_m {
                     continue;
                 }
                 let before_m = (-outside_m(&corners, side, at)).max(0.0);
@@ -197,6 +203,13 @@ impl Surface {
             (has_come && allows(self.cell(last))).then_some(there)
         })
     }
+}
+
+/// Returns whether a point lies in a triangle or no farther from it than `margin_m`.
+fn is_within(corners: &[Vec2; 3], at: Vec2, margin_m: f32) -> bool {
+    let most_m = (0..3).map(|side| outside_m(corners, side, at)).fold(f32::NEG_INFINITY, f32::max);
+    let is_near = || nearest_in(corners, at).distance_squared(at) <= margin_m * margin_m;
+    most_m <= 0.0 || (most_m <= margin_m && is_near())
 }
 
 /// Returns how far a point lies outside of a side of a triangle; negative inside.

@@ -1,7 +1,7 @@
 use glam::{DVec3, Vec2, dvec3, vec2};
 
 use crate::{
-    Area, Cells, Crossing, Ground, Search, Surface, Walk,
+    Area, Cell, Cells, Crossing, Ground, Search, Surface, Walk,
     cells::Outlines,
     funnel::{self, Portal},
     outline,
@@ -124,6 +124,43 @@ fn a_step_stays_on_the_ground_and_slides_along_its_edges() {
     assert!(at.distance(vec2(10.0, 2.0)) < 0.01, "{at}");
     let (_, at) = surface.step(surface.cell_at(from).unwrap(), from, vec2(10.0, 4.0), |_| true);
     assert!(at.distance(vec2(10.0, 4.0)) < 0.01, "{at}");
+}
+
+/// Returns ground of these triangles, all of them sidewalks.
+fn sidewalk(points: &[Vec2], triangles: &[[u32; 3]]) -> Ground {
+    let side = |corners: &[u32; 3], begin: usize| (corners[begin], corners[(begin + 1) % 3]);
+    let beyond = |(from, to)| {
+        let shares = |other: &[u32; 3]| (0..3).any(|begin| side(other, begin) == (to, from));
+        triangles.iter().position(shares).map(|cell| cell as u32)
+    };
+    let cell = |corners: &[u32; 3]| Cell {
+        corners: *corners,
+        neighbours: [0, 1, 2].map(|begin| beyond(side(corners, begin))),
+        area: Area::Sidewalk,
+        crossing: None,
+    };
+    let positions = points.iter().map(|at| at.as_dvec2().extend(0.0)).collect();
+    let cells = Cells { positions, triangles: triangles.iter().map(cell).collect() };
+    Ground { cells, crossings: Vec::new() }
+}
+
+/// A point that lies a metre beyond the tip of a triangle of 50 m by 4 cm, within a millimetre of the lines of
+/// all three sides.
+#[test]
+fn a_point_beyond_the_tip_of_a_sliver_is_not_in_it() {
+    let points = [[0.0, 0.0], [50.0, 0.0], [30.0, 0.04], [0.0, 2.0], [50.0, 2.0], [60.0, 0.0]];
+    let triangles = [[0, 1, 2], [0, 2, 3], [2, 4, 3], [2, 1, 4], [1, 5, 4]];
+    let surface = Surface::new(&sidewalk(&points.map(Vec2::from_array), &triangles));
+    let beyond = vec2(50.9, 0.0005);
+    assert_eq!(surface.cell_at(beyond), Some(4));
+    let (cell, there) = surface.step(0, vec2(49.5, 0.0003), beyond, |_| true);
+    assert_eq!((cell, there), (4, beyond), "a step over the tip");
+    let ahead = vec2(50.1, 0.0005);
+    let (cell, there) = surface.step(4, beyond, ahead, |_| true);
+    assert_eq!((cell, there), (4, ahead), "a step towards the tip");
+    let over = vec2(49.0, 0.5);
+    let (_, there) = surface.step(4, beyond, over, |_| true);
+    assert_eq!(there, over, "a step past the sliver");
 }
 
 /// Returns how far one comes in a direction in 40 steps of 9 mm that enter no crossing.
