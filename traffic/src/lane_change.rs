@@ -34,8 +34,10 @@ const LANE_END_M: f32 = 250.0;
 const LANE_END_BONUS_MPS2: f32 = 4.0;
 /// Duration of a lane change.
 const CHANGE_S: f32 = 3.5;
-/// Least length of a lane change.
+/// Least length of a lane change, in metres and in lengths of the vehicle: in a shorter one the nose of a bus,
+/// which is ahead of the line, swings into the lane beyond.
 const CHANGE_M: f32 = 18.0;
+const CHANGE_LENGTHS: f32 = 4.0;
 /// Free distance required behind.
 const BEHIND_M: f32 = 3.0;
 /// Distance behind up to which vehicles on the new lane are examined: one at 110 km/h needs it to slow
@@ -423,7 +425,10 @@ fn begin(
     vehicle.arc_m = arc_m;
     vehicle.shift_m = left_m;
     vehicle.shift_done_m = 0.0;
-    let over_m = (CHANGE_S * speed).max(CHANGE_M);
+    let least_m = (CHANGE_LENGTHS * view.agents.body[agent].length_m())
+        .min(clear_run(&view.map.tracks, lane, arc_m))
+        .max(CHANGE_M);
+    let over_m = (CHANGE_S * speed).max(least_m);
     let old = &view.leaders[row];
     vehicle.shift_over_m = if view.agents.is_standing_prop(old.agent) {
         over_m.min(old.gap_m.max(PULL_OUT_M))

@@ -141,6 +141,29 @@ fn a_fast_lane_change_follows_its_line() {
     }
 }
 
+/// In 18 m a bus turns so far that its nose is 0.6 m in the lane beyond before its middle has reached the line.
+#[test]
+fn a_slow_bus_that_changes_lanes_keeps_its_nose_off_the_lane_beyond() {
+    let own = car(0.0, 4.0).built_as("vehicle.mitsubishi.fusorosa");
+    let (front_m, half_m) = (own.body().front_m, own.body().half_width_m);
+    let mut course = Course::with_cars(maps::ring(800.0, 50, 2), 1, vec![own]);
+    let speed = turned_for(1, param::SPEED_MPS, 4.0);
+    (0..20 * 10).for_each(|_| course.tick_with(std::slice::from_ref(&speed)));
+    course.tick_with(&[turned_for(1, param::CHANGE_NOW, -1.0)]);
+    let (center, line_m) = (Vec2::new(0.0, 800.0), 800.0 + 5.25);
+    let mut beyond_m = f32::NEG_INFINITY;
+    for _ in 0..20 * 15 {
+        course.tick();
+        let bus = &course.cars[0];
+        let forward = Vec2::from_angle(bus.yaw);
+        let nose = bus.position.truncate() + forward * front_m - forward.perp() * half_m;
+        beyond_m = beyond_m.max(nose.distance(center) - (line_m + half_m));
+    }
+    let place = course.cars[0].position.truncate();
+    assert!((place.distance(center) - line_m).abs() < 0.2, "it has changed lanes");
+    assert!(beyond_m < 0.25, "its nose is {beyond_m} m beyond its place on the lane");
+}
+
 #[test]
 fn a_fast_vehicle_off_its_line_brakes_gently() {
     let braking = |speed: f32| {
