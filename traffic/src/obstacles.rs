@@ -11,6 +11,7 @@ use crate::{
     route::{ahead, shift_at},
     spread::Spread,
     steer::wide_offset_left,
+    swept_path,
     tracks::{NONE, Tracks},
     vehicle_table::{Vehicle, VehicleTable},
 };
@@ -216,7 +217,8 @@ pub(crate) fn across(forward: Vec2, to: Vec2) -> Vec2 {
 }
 
 /// The footprints of a vehicle that drives along its route, one step after another: the tracking
-/// point follows the line of the vehicle, and the rear axle follows the tracking point.
+/// point follows the line of the vehicle, as far as its steering allows, and the rear axle follows the
+/// tracking point.
 pub(crate) struct Course<'a> {
     vehicle: &'a Vehicle,
     tracks: &'a Tracks,
@@ -283,8 +285,10 @@ impl<'a> Course<'a> {
         let return_part = (1.0 - self.ahead_m / RETURN_M).max(0.0);
         let off_line = self.kept + (self.cross_track - self.kept) * return_part;
         let lead = self.line(self.ahead_m) + off_line;
-        self.forward = (lead - self.rear).normalize_or(self.forward);
-        self.rear = lead - self.forward * self.body.axle_to_tracking_point_m();
+        let axle_m = self.body.axle_to_tracking_point_m();
+        let turn_max = by_m * swept_path::turn_max_per_m(&self.body);
+        let (forward, rear) = (&mut self.forward, &mut self.rear);
+        let lead = swept_path::follow(forward, rear, lead, axle_m, (by_m, turn_max));
         Footprint::of(&self.body, lead - self.forward * self.body.tracking_point_m(), self.forward)
     }
 }
@@ -416,7 +420,39 @@ fn is_oncoming_wide(agents: &Agents, other: usize, forward: Vec2) -> bool {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec3;
+
     use super::*;
+    use crate::tests::{
+        course::{Car, Course as World},
+        maps,
+    };
+
+    /// The lane turns with a radius of 3.25 m, and the vehicle with 5.7 m at most.
+    #[test]
+    fn a_course_turns_no_tighter_than_the_steering_allows() {
+        let car = Car { position: Vec3::new(14.0, -1.75, 0.0), ..Car::default() };
+        let car = car.built_as("vehicle.nissan.patrol_2021");
+        let mut world = World::with_cars(maps::loop_road(1.5, 20.0), 1, vec![car.clone()]);
+        let actors = world.actors.clone();
+        world.tick();
+        let (map, vehicles) = (world.planner.map.clone(), &world.planner.state.vehicles);
+        let mut agents = Agents::default();
+        agents.read(&actors, &map.bodies);
+        let mut course = Course::new(vehicles, 0, &map.tracks, &agents);
+        let turn_max = swept_path::turn_max_per_m(&car.body()) * 0.5;
+        let (mut forward, mut turned, mut aside_m) = (course.forward, 0.0, 0.0f32);
+        for _ in 0..40 {
+            let place = course.step(0.5);
+            let turn = forward.angle_to(place.forward);
+            assert!(turn.abs() < turn_max + 1e-4, "{turn} rad in a step, at most {turn_max}");
+            (forward, turned) = (place.forward, turned + turn);
+            let lead = course.rear + forward * car.body().axle_to_tracking_point_m();
+            aside_m = aside_m.max(lead.distance(course.line(course.ahead_m)));
+        }
+        assert!((1.2..2.0).contains(&turned), "{turned} rad, a quarter of a circle");
+        assert!(aside_m > 1.0, "{aside_m} m off the line");
+    }
 
     #[test]
     fn footprints_touch_where_they_overlap() {

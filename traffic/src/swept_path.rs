@@ -111,18 +111,13 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
     let (tail_m, nose_m) =
         (-body.rear_m - body.tracking_point_m(), body.front_m - body.tracking_point_m());
     let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
-    let turn_max = step_m * (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m;
+    let turn_max = step_m * turn_max_per_m(body);
     for at in 0..path.len() {
         let mut lead = path[at].point.truncate();
-        let target = (lead - rear).normalize_or(forward);
-        let turn = forward.angle_to(target);
-        if turn.abs() <= turn_max || at == 0 {
-            forward = target;
+        if at == 0 {
             rear = lead - forward * axle_m;
         } else {
-            forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(forward);
-            rear += forward * step_m;
-            lead = rear + forward * axle_m;
+            lead = follow(&mut forward, &mut rear, lead, axle_m, (step_m, turn_max));
         }
         for mark in 0..=marks {
             let along_m = tail_m + (nose_m - tail_m) * mark as f32 / marks as f32;
@@ -141,6 +136,32 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
             }
         }
     }
+}
+
+/// Returns the largest turn per metre, radians.
+pub(crate) fn turn_max_per_m(body: &Body) -> f32 {
+    (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m
+}
+
+/// Moves the rear axle by a step, and returns the place of the tracking point: `lead`, or where it comes to
+/// if that needs a larger turn than `turn_max`, in radians.
+pub(crate) fn follow(
+    forward: &mut Vec2,
+    rear: &mut Vec2,
+    lead: Vec2,
+    axle_m: f32,
+    (step_m, turn_max): (f32, f32),
+) -> Vec2 {
+    let target = (lead - *rear).normalize_or(*forward);
+    let turn = forward.angle_to(target);
+    if turn.abs() <= turn_max {
+        *forward = target;
+        *rear = lead - *forward * axle_m;
+        return lead;
+    }
+    *forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(*forward);
+    *rear += *forward * step_m;
+    *rear + *forward * axle_m
 }
 
 /// Returns the station nearest to `corner` among those around `guess`.
