@@ -1,7 +1,7 @@
 //! Gap acceptance: whether a vehicle may enter now, and to which vehicles a holder yields.
 
 use super::state::{
-    BEYOND_M, BRAKE_MPS2, Junctions, Request, View, Yielding, request_lanes, reserved_lanes,
+    BRAKE_MPS2, Junctions, PASSED_M, Request, View, Yielding, request_lanes, reserved_lanes,
 };
 use crate::{
     approach::Sign,
@@ -46,7 +46,7 @@ impl Junctions {
         view: &View,
     ) -> (WaitReason, u32) {
         // The vehicle is in the junction already. One whose front alone is over the line waits at red.
-        let is_in = if request.red { -BEYOND_M } else { 0.0 };
+        let is_in = if request.red { -PASSED_M } else { 0.0 };
         if request.entry_m <= is_in {
             return (WaitReason::None, NONE);
         }

@@ -7,8 +7,8 @@ use glam::Vec2;
 use protocol::light;
 
 use super::state::{
-    BEYOND_M, BRAKE_MPS2, Junctions, LINE_GAP_M, Request, STANDING_GAP_M, View, YELLOW_BRAKE_MPS2,
-    reserved_lanes,
+    BEYOND_M, BRAKE_MPS2, Junctions, LINE_GAP_M, PASSED_M, Request, STANDING_GAP_M, View,
+    YELLOW_BRAKE_MPS2, reserved_lanes,
 };
 use crate::{
     approach::Sign,
@@ -28,10 +28,6 @@ const STOP_BRAKE_MPS2: f32 = 5.0;
 /// Speed below which a vehicle that has just started from its line can still stop up to [`BEYOND_M`]
 /// beyond it.
 const STARTING_MPS: f32 = 2.0;
-
-/// How far beyond the line of a light the front of a vehicle is that is in the way of others there: more
-/// than of one that stands in a queue, which waits with its front over the line.
-const PASSED_M: f32 = 2.0 * BEYOND_M;
 
 /// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;

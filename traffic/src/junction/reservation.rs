@@ -4,7 +4,7 @@ use protocol::light;
 
 use super::presence_list::Presence;
 use super::state::{
-    BEYOND_M, BRAKE_MPS2, Junctions, LINE_GAP_M, Request, View, request_lanes, reserved_lanes,
+    BRAKE_MPS2, Junctions, LINE_GAP_M, PASSED_M, Request, View, request_lanes, reserved_lanes,
 };
 use crate::{
     tracks::NONE,
@@ -26,17 +26,18 @@ impl Junctions {
         let end = reserved_lanes(vehicle).min(lanes.len());
         let enters = |k: &usize| {
             let is_entry = tracks.in_zone(lanes[*k]) && (*k == 0 || !tracks.in_zone(lanes[*k - 1]));
-            is_entry && self.start(row, *k) > -BEYOND_M
+            is_entry && self.start(row, *k) > -PASSED_M
         };
         let can_stop = |k: &usize| self.can_stop(vehicle, row, *k, view);
-        let light = |k: usize| self.light(vehicle, row, k, view);
+        let stops = |k: usize| {
+            matches!(self.light(vehicle, row, k, view), light::RED | light::YELLOW)
+                && !self.has_passed_line(vehicle, row, k, view)
+        };
         let mut entries = (0..end).filter(enters).filter(can_stop);
         let withdrawn = if vehicle.reservation_idle_s > 4.0 {
-            entries.find(|&k| self.start(row, k) > 0.0 || matches!(light(k), light::RED))
+            entries.find(|&k| self.start(row, k) > 0.0 || stops(k))
         } else {
-            let closes = |k: usize| matches!(light(k), light::RED | light::YELLOW);
-            let stops = |k: usize| !self.has_passed_line(vehicle, row, k, view);
-            let closed = entries.find(|&k| closes(k) && stops(k));
+            let closed = entries.find(|&k| stops(k));
             // There is no room to stand between the junctions of one way.
             let covers = |k: &usize, closed: usize| self.way_end(vehicle, row, *k, view) > closed;
             closed.and_then(|closed| {

@@ -23,6 +23,9 @@ pub(super) const LINE_GAP_M: f32 = 0.5;
 
 /// How far beyond the start of a junction the front of a vehicle may be that still waits before it.
 pub(super) const BEYOND_M: f32 = 1.0;
+/// How far beyond the line of a light the front of a vehicle is that is in the way of others there: more
+/// than of one that stands in a queue, which waits with its front over the line.
+pub(super) const PASSED_M: f32 = 2.0 * BEYOND_M;
 
 /// The next way through a junction for which a vehicle has no reservation.
 #[derive(Clone, Copy, Debug)]

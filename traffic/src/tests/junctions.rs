@@ -39,7 +39,7 @@ fn before_second_crossing(beyond_m: f32, speed: f32) -> Car {
 
 #[test]
 fn a_vehicle_with_its_front_over_the_line_waits_at_red() {
-    let on_red = [0.2, 0.8].map(|beyond_m| {
+    let on_red = [0.2, 0.8, 1.3].map(|beyond_m| {
         let cars = vec![before_second_crossing(beyond_m, 0.0)];
         let mut course = Course::with_cars(maps::two_crossings(26.0), 3, cars);
         let (mut red_s, mut passed) = (0.0, false);
@@ -52,7 +52,7 @@ fn a_vehicle_with_its_front_over_the_line_waits_at_red() {
         assert!(course.cars[0].position.y > 0.0, "it drives at green");
         (red_s > 0.0, passed)
     });
-    assert_eq!(on_red, [(true, false); 2]);
+    assert_eq!(on_red, [(true, false); 3]);
 }
 
 #[test]
@@ -78,13 +78,15 @@ fn a_vehicle_that_has_just_started_stops_when_its_light_turns_yellow() {
     assert!(farthest_m < 1.0, "{farthest_m} m beyond its arm");
 }
 
-#[test]
-fn a_vehicle_that_was_held_up_beyond_its_line_leaves_at_red() {
-    let start = before_second_crossing(-2.0, 0.0);
+/// Returns a world with a vehicle that could not start at green, with its front this far beyond the end of its
+/// arm. The light, which has a line this far before the end, has just turned red.
+fn held_up_until_red(beyond_m: f32, line_m: f64) -> Course {
+    let before = before_second_crossing(beyond_m.min(-0.4), 0.0);
+    let start = before_second_crossing(beyond_m, 0.0);
     // Another one waits at the light of the crossing road.
     let other = Car { position: Vec3::new(12.0, -1.75, 0.0), parked: true, ..Car::default() };
-    let map = maps::two_crossings_with_line(26.0, 6.0);
-    let mut course = Course::with_cars(map, 3, vec![start.clone(), other]);
+    let map = maps::two_crossings_with_line(26.0, line_m);
+    let mut course = Course::with_cars(map, 3, vec![before.clone(), other]);
     let mut was_green = false;
     for _ in 0..20 * 120 {
         course.tick();
@@ -92,15 +94,32 @@ fn a_vehicle_that_was_held_up_beyond_its_line_leaves_at_red() {
         if was_green && course.light(1) == light::RED {
             break;
         }
-        course.cars[0] = start.clone();
+        course.cars[0] = if was_green { start.clone() } else { before.clone() };
         course.snapshot();
     }
     assert!(was_green && course.light(1) == light::RED);
+    course
+}
+
+#[test]
+fn a_vehicle_that_was_held_up_beyond_its_line_leaves_at_red() {
+    let mut course = held_up_until_red(-2.0, 6.0);
     for _ in 0..20 * 10 {
         course.tick();
         assert_ne!(course.light(1), light::GREEN);
     }
     assert!(course.cars[0].position.y > 10.0, "it stands at {}", course.cars[0].position);
+}
+
+#[test]
+fn a_vehicle_that_was_held_up_with_its_front_over_the_line_waits_at_red() {
+    let mut course = held_up_until_red(1.3, 0.5);
+    let before = course.cars[0].position;
+    for _ in 0..20 * 10 {
+        course.tick();
+        assert_ne!(course.light(1), light::GREEN);
+        assert!(course.cars[0].position.distance(before) < 0.5, "{}", course.cars[0].position);
+    }
 }
 
 #[test]
