@@ -285,10 +285,8 @@ impl<'a> Course<'a> {
         let return_part = (1.0 - self.ahead_m / RETURN_M).max(0.0);
         let off_line = self.kept + (self.cross_track - self.kept) * return_part;
         let lead = self.line(self.ahead_m) + off_line;
-        let axle_m = self.body.axle_to_tracking_point_m();
-        let turn_max = by_m * swept_path::turn_max_per_m(&self.body);
         let (forward, rear) = (&mut self.forward, &mut self.rear);
-        let lead = swept_path::follow(forward, rear, lead, axle_m, (by_m, turn_max));
+        let lead = swept_path::follow(forward, rear, lead, &self.body, by_m);
         Footprint::of(&self.body, lead - self.forward * self.body.tracking_point_m(), self.forward)
     }
 }
@@ -428,7 +426,7 @@ mod tests {
         maps,
     };
 
-    /// The lane turns with a radius of 3.25 m, and the vehicle with 5.7 m at most.
+    /// The lane turns with a radius of 3.25 m, and the vehicle with 5.7 m at best.
     #[test]
     fn a_course_turns_no_tighter_than_the_steering_allows() {
         let car = Car { position: Vec3::new(14.0, -1.75, 0.0), ..Car::default() };

@@ -111,14 +111,8 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
     let (tail_m, nose_m) =
         (-body.rear_m - body.tracking_point_m(), body.front_m - body.tracking_point_m());
     let marks = ((nose_m - tail_m) / step_m).ceil() as usize;
-    let turn_max = step_m * turn_max_per_m(body);
     for at in 0..path.len() {
-        let mut lead = path[at].point.truncate();
-        if at == 0 {
-            rear = lead - forward * axle_m;
-        } else {
-            lead = follow(&mut forward, &mut rear, lead, axle_m, (step_m, turn_max));
-        }
+        let lead = follow(&mut forward, &mut rear, path[at].point.truncate(), body, step_m);
         for mark in 0..=marks {
             let along_m = tail_m + (nose_m - tail_m) * mark as f32 / marks as f32;
             for side in [body.half_width_m, -body.half_width_m] {
@@ -138,30 +132,32 @@ fn sweep(path: &mut [Station], step_m: f32, body: &Body, reach: fn(&mut Station)
     }
 }
 
-/// Returns the largest turn per metre, radians.
-pub(crate) fn turn_max_per_m(body: &Body) -> f32 {
-    (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m
-}
-
-/// Moves the rear axle by a step, and returns the place of the tracking point: `lead`, or where it comes to
-/// if that needs a larger turn than `turn_max`, in radians.
+/// Drives a vehicle this far, with its rear axle at `rear`, so that its tracking point comes to `lead`, or as
+/// near as its steering allows. Returns where the tracking point is then.
 pub(crate) fn follow(
     forward: &mut Vec2,
     rear: &mut Vec2,
     lead: Vec2,
-    axle_m: f32,
-    (step_m, turn_max): (f32, f32),
+    body: &Body,
+    by_m: f32,
 ) -> Vec2 {
+    let axle_m = body.axle_to_tracking_point_m();
     let target = (lead - *rear).normalize_or(*forward);
     let turn = forward.angle_to(target);
+    let turn_max = by_m * turn_max_per_m(body);
     if turn.abs() <= turn_max {
         *forward = target;
         *rear = lead - *forward * axle_m;
         return lead;
     }
     *forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(*forward);
-    *rear += *forward * step_m;
+    *rear += *forward * by_m;
     *rear + *forward * axle_m
+}
+
+/// Returns the largest turn per metre, radians.
+pub(crate) fn turn_max_per_m(body: &Body) -> f32 {
+    (MAX_STEER_FACTOR * body.max_steer_rad).tan() / body.wheelbase_m
 }
 
 /// Returns the station nearest to `corner` among those around `guess`.
