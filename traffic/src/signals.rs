@@ -153,6 +153,13 @@ impl SignalPlan {
         (nanos as f64 * 1e-9) as f32
     }
 
+    /// Returns for how long the present phase of a signal's cycle has been green, in seconds, if it is; 0
+    /// if it has no cycle.
+    pub(crate) fn phase_age_s(&self, signal: u32, clocks: &[u64]) -> f32 {
+        let clock = self.slot(signal).map_or(0, |(cycle, _)| clocks[cycle as usize]);
+        ((clock % PHASE_NANOS) as f64 * 1e-9) as f32
+    }
+
     /// Advances the clocks of all cycles.
     pub(crate) fn advance(&self, clocks: &mut [u64], demand: &Demand, delta_nanos: u64) {
         for (cycle, clock) in clocks.iter_mut().enumerate() {

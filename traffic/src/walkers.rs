@@ -24,13 +24,16 @@ use glam::Vec2;
 use protocol::{ActorId, WalkerControl};
 use walkable::Search;
 
-#[cfg(test)]
-pub(crate) use self::ground::{CrossedLane, Crossing};
 use self::{
     approaching::Approaching,
     aside::InSweptPaths,
     crossings::{Crossings, Leave},
     groups::Groups,
+};
+#[cfg(test)]
+pub(crate) use self::{
+    crossings::WALK_S,
+    ground::{CrossedLane, Crossing},
 };
 pub(crate) use self::{ground::WalkerGround, table::WalkerTable, view::View};
 use crate::{
@@ -90,7 +93,8 @@ impl Scratch {
     /// Returns the stretches of lanes that walkers on crossings are about to walk over: agent, lane,
     /// arc length. A walker that only returns to a crossing claims nothing: it may be unable to; nor
     /// does one that stands at its end, on the sidewalk, or one that has given way to a
-    /// vehicle and stands.
+    /// vehicle and stands. One that stands at the end on the road claims lanes so near that vehicles
+    /// would touch it.
     pub(crate) fn claims(
         &self,
         table: &WalkerTable,
@@ -117,10 +121,11 @@ impl Scratch {
             if along_m.abs() > crossing.half_length_m && !leaves_end {
                 continue;
             }
+            let claim_m = if crossing.is_end(at) && !leaves_end { CLEARED_M } else { CLAIM_M };
             let ahead = along_mps.signum();
             for lane in &crossing.lanes {
                 let to_m = (lane.along_m - along_m) * ahead;
-                if (-CLEARED_M..CLAIM_M).contains(&to_m) {
+                if (-CLEARED_M..claim_m).contains(&to_m) {
                     // Vehicles stop before the crossing; those that are on it before the walker.
                     claims.push((agent, lane.lane, lane.arc_m - crossing.half_width_m));
                     claims.push((agent, lane.lane, lane.arc_m));
@@ -275,7 +280,8 @@ fn aside(
     })
 }
 
-/// Returns the crossing that lies ahead of a walker, and whether it may begin to cross.
+/// Returns the crossing that lies ahead of a walker, or at the end of which it stands and looks across, and
+/// whether it may begin to cross.
 fn gate(
     row: usize,
     standing: &[Option<(u32, Vec2)>],
@@ -288,7 +294,14 @@ fn gate(
     let here = surface.cell(cell).crossing;
     let ahead = at + wanted.normalize_or_zero() * GATE_M;
     let (last, _) = surface.step(cell, at, ahead, |_| true);
-    let crossing = surface.cell(last).crossing.filter(|there| Some(*there) != here)?;
+    let there = surface.cell(last).crossing.filter(|there| Some(*there) != here);
+    let velocity = view.agents.velocity[view.agents.led[row] as usize];
+    let begins = |crossing: &u32| {
+        let on = &view.ground.crossings[*crossing as usize];
+        let inwards = on.axis * (on.center - at).dot(on.axis).signum();
+        on.is_end(at) && velocity.length() < pace::SLOW_MPS && wanted.dot(inwards) > pace::SLOW_MPS
+    };
+    let crossing = here.filter(begins).or(there)?;
     let crossings = Crossings { view, approaching };
     Some((crossing, crossings.leave(crossing, at, wanted)))
 }

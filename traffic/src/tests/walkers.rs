@@ -24,7 +24,7 @@ use crate::{
     params::Params,
     spread::Spread,
     vehicle_table::VehicleTable,
-    walkers::{self, WalkerTable},
+    walkers::{self, WALK_S, WalkerTable},
 };
 
 /// Returns the journal entry of a command that was done.
@@ -107,6 +107,8 @@ struct Seen {
     begins: [u32; 2],
     /// How often one did although the lights let vehicles pass.
     at_red: u32,
+    /// How often one did after the walk interval, when vehicles that turn pass.
+    late: u32,
     /// Frames of walkers off the ground, and on streets away from crosswalks.
     off: u32,
     on_road: u32,
@@ -118,10 +120,12 @@ fn watch(course: &mut Course, seconds: f32) -> Seen {
     let mut before: Vec<_> = (0..course.feet.len()).map(|foot| under(course, foot)).collect();
     let until = course.time_s() + seconds;
     while course.time_s() < until {
-        let shown: Vec<Vec<u32>> = {
-            let ground = course.planner.map.walker_ground();
-            let of = |signals: &Vec<u32>| signals.iter().map(|s| course.light(*s)).collect();
-            ground.crossings.iter().map(|crossing| of(&crossing.signals)).collect()
+        let shown: Vec<Vec<(u32, f32)>> = {
+            let Planner { map, state, .. } = &course.planner;
+            let age_s = |signal: u32| map.signals.phase_age_s(signal, &state.clocks);
+            let of = |signal: &u32| (course.light(*signal), age_s(*signal));
+            let ground = map.walker_ground();
+            ground.crossings.iter().map(|on| on.signals.iter().map(of).collect()).collect()
         };
         course.tick();
         for (foot, before) in before.iter_mut().enumerate() {
@@ -133,8 +137,9 @@ fn watch(course: &mut Course, seconds: f32) -> Seen {
                 Some((Area::Crosswalk, Some(crossing))) if now != *before => {
                     let lights = &shown[crossing as usize];
                     seen.begins[usize::from(!lights.is_empty())] += 1;
-                    let passes = |shows: &u32| matches!(*shows, light::GREEN | light::YELLOW);
+                    let passes = |at: &(u32, f32)| matches!(at.0, light::GREEN | light::YELLOW);
                     seen.at_red += u32::from(lights.iter().any(passes));
+                    seen.late += u32::from(lights.iter().any(|at| at.1 > WALK_S));
                 }
                 Some(_) => {}
             }
@@ -149,7 +154,7 @@ fn walkers_keep_to_sidewalks_and_crosswalks_and_obey_lights() {
     let mut course = town(3, 40, 150);
     let seen = watch(&mut course, 150.0);
     println!("{seen:?}");
-    assert_eq!((seen.off, seen.on_road, seen.at_red), (0, 0, 0));
+    assert_eq!((seen.off, seen.on_road, seen.at_red, seen.late), (0, 0, 0, 0));
     assert!(seen.begins[0] > 30 && seen.begins[1] > 30, "{seen:?}");
     assert!(seen.walked_m > 150.0 * 100.0, "{seen:?}");
     assert_eq!((course.hits, course.collisions), (vec![], vec![]));
@@ -217,7 +222,47 @@ fn a_walker_at_the_end_of_a_crossing_claims_its_lanes_only_when_it_begins_to_cro
     assert_eq!(claims_at(Some(-0.3), -0.5, 0.0), 0, "it stands");
     assert_eq!(claims_at(Some(-0.3), -0.5, -1.3), 0, "it leaves");
     assert!(claims_at(Some(-0.3), -0.5, 1.3) > 0, "it begins");
-    assert!(claims_at(Some(0.3), -0.5, 0.0) > 0, "it stands beyond the kerb");
+    let beside = claims_at(Some(0.3), -0.5, 0.0);
+    assert!(claims_at(Some(0.3), -0.5, 1.3) > beside, "it begins beyond the kerb");
+    assert!(claims_at(Some(1.0), -0.5, 0.0) > beside, "it stands on the road");
+}
+
+#[test]
+fn a_walker_that_stands_at_the_end_of_a_crossing_begins_when_its_lights_are_red() {
+    let mut course = town(1, 0, 0);
+    let ground = course.planner.map.walker_ground();
+    let Planner { map, state, .. } = &course.planner;
+    let is_green = |signal: &u32| map.signals.shows(*signal, &state.clocks) == light::GREEN;
+    let mut crossings = ground.crossings.iter().filter(|it| it.area == Area::Crosswalk);
+    let it = crossings.find(|it| it.signals.iter().any(is_green)).expect("one that is closed");
+    let (signals, axis) = (it.signals.clone(), it.axis);
+    let place = |inside_m: f32| it.center - axis * (it.half_length_m - inside_m);
+    let (from, to) = (place(0.3), place(2.0 * it.half_length_m + 1.0));
+    let id = course.add_foot(from);
+    course.snapshot();
+    course.tick_with(&[route(id, to)]);
+    while (course.feet[0].position - from).dot(axis) < 0.2 {
+        assert!(course.time_s() < 60.0, "it has not begun");
+        course.tick();
+    }
+    let shown: Vec<u32> = signals.iter().map(|signal| course.light(*signal)).collect();
+    assert!(shown.iter().all(|shows| *shows == light::RED), "{shown:?}");
+}
+
+#[test]
+fn a_walker_that_has_come_onto_a_street_leaves_it() {
+    let mut course = town(1, 0, 0);
+    let ground = course.planner.map.walker_ground();
+    let it = ground.crossings.iter().find(|it| it.area == Area::Road).expect("a quiet street");
+    let at = it.center - it.axis * (it.half_length_m - 0.4);
+    course.add_foot(at);
+    course.snapshot();
+    course.tick();
+    assert_eq!(under(&course, 0).map(|on| on.0), Some(Area::Road));
+    while under(&course, 0).is_none_or(|on| on.0 == Area::Road) {
+        assert!(course.time_s() < 30.0, "it stands there");
+        course.tick();
+    }
 }
 
 #[test]

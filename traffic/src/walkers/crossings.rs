@@ -11,6 +11,9 @@ use super::{
 
 /// Time for which lights have to stay red when a walker begins. Seconds.
 const CLEARANCE_S: f32 = 5.0;
+/// Time from the begin of a phase in which walkers begin to cross; then turning vehicles find the crossing
+/// free. The shortest walk interval of the Manual on Uniform Traffic Control Devices (2009), 4E.06. Seconds.
+pub(crate) const WALK_S: f32 = 7.0;
 /// Deceleration and reaction time that a walker expects of a vehicle that is to wait for it.
 const BRAKE_MPS2: f32 = 1.8;
 const REACTION_S: f32 = 1.0;
@@ -68,7 +71,8 @@ impl Crossings<'_> {
         if is_free && !is_blocked { Leave::Go } else { Leave::Wait }
     }
 
-    /// Whether a light stops the vehicles for long enough. Lights that a client holds red stay red.
+    /// Whether a light stops the vehicles, has not for longer than walkers may begin, and will for long
+    /// enough. Lights that a client holds red stay red.
     fn is_red(&self, signal: u32) -> bool {
         let shown = self.view.light_states.get(signal as usize).copied().unwrap_or(light::OFF);
         let signals = &self.view.map.signals;
@@ -80,7 +84,8 @@ impl Crossings<'_> {
         shown == light::RED
             && (is_short
                 || signals.shows(signal, self.view.clocks) != light::RED
-                || signals.red_left_s(signal, self.view.clocks) >= CLEARANCE_S)
+                || signals.red_left_s(signal, self.view.clocks) >= CLEARANCE_S
+                    && signals.phase_age_s(signal, self.view.clocks) <= WALK_S)
     }
 
     /// Whether a body of an agent that `counts` stands in the way of a walker on a crossing.

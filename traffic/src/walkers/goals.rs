@@ -76,7 +76,7 @@ pub(super) fn choose(
             (None, None) => (goal::OWN, draw(table, row, (cell, at), view)),
         };
         let way = to.and_then(|to| {
-            let walk = pace::walk(view, id);
+            let walk = pace::walk(view, id, cell);
             let connects = view.ground.connects(cell, to.0, walk.crosses);
             connects.then(|| search.route(&view.ground.surface, (cell, at), to, walk)).flatten()
         });
@@ -97,7 +97,7 @@ fn draw(
     view: &View<'_>,
 ) -> Option<(u32, Vec2)> {
     let id = table.id(row);
-    let crosses = pace::crosses(view, id);
+    let crosses = pace::crosses(view, id, cell);
     let mut next = || {
         let state = table.row(row);
         state.draws = state.draws.wrapping_add(1);

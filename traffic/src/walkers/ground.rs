@@ -13,6 +13,8 @@ use crate::{
 const STEP_M: f32 = 0.5;
 /// Part of each end of a crossing that lies on a sidewalk. Metres.
 const REACH_M: f32 = 1.5;
+/// Length of each end of a crossing on the road where walkers stand without stopping vehicles. Metres.
+const END_M: f32 = 0.6;
 /// Distance from a crosswalk to the junction or stop line behind it, at most. Metres.
 const SIGNAL_M: f32 = 25.0;
 
@@ -140,6 +142,11 @@ impl Crossing {
         crossing.find_lanes(tracks, grid);
         crossing.find_signals(tracks, approaches);
         crossing
+    }
+
+    /// Whether a place on the crossing is so near to a kerb that vehicles pass it.
+    pub(crate) fn is_end(&self, at: Vec2) -> bool {
+        (at - self.center).dot(self.axis).abs() > self.half_length_m - END_M
     }
 
     fn find_lanes(&mut self, tracks: &Tracks, grid: &Grid) {

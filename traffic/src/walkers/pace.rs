@@ -1,6 +1,6 @@
 //! What distinguishes a walker from others: its speed, the side that it prefers, where it crosses.
 
-use walkable::Walk;
+use walkable::{Area, Walk};
 
 use super::view::View;
 use crate::random::{Purpose, stream, unit};
@@ -28,13 +28,15 @@ pub(super) fn speed(view: &View<'_>, id: u32) -> f32 {
     })
 }
 
-/// Returns whether a walker crosses quiet streets away from crosswalks.
-pub(super) fn crosses(view: &View<'_>, id: u32) -> bool {
-    unit(view.seed, id, Purpose::WalkerCrosses, 0) < view.params.cross_factor()
+/// Returns whether the way of a walker from a triangle crosses quiet streets away from crosswalks. One that has
+/// come onto such a street, over the edge of a sidewalk for example, has no other way.
+pub(super) fn crosses(view: &View<'_>, id: u32, cell: u32) -> bool {
+    view.ground.surface.cell(cell).area == Area::Road
+        || unit(view.seed, id, Purpose::WalkerCrosses, 0) < view.params.cross_factor()
 }
 
-/// Returns how a walker walks. Most keep to the right half of the width.
-pub(super) fn walk(view: &View<'_>, id: u32) -> Walk {
+/// Returns how a walker walks from a triangle. Most keep to the right half of the width.
+pub(super) fn walk(view: &View<'_>, id: u32, cell: u32) -> Walk {
     let side = 0.12 + 0.5 * unit(view.seed, id, Purpose::WalkerSide, 0);
-    Walk { crosses: crosses(view, id), side }
+    Walk { crosses: crosses(view, id, cell), side }
 }
