@@ -2,7 +2,8 @@
 //! both overlap, they pass one after the other.
 //!
 //! A vehicle that is in the overlap goes first; else one that could not stop before it, if the other
-//! one can; else the one with the lower actor id. Of two that are in each other's way already, one that
+//! one can; else one that stands and waits for oncoming vehicles, so that no queue passes as a whole while
+//! it waits; else the one with the lower actor id. Of two that are in each other's way already, one that
 //! waits at a line yields: it cannot go yet. The other one stops before the whole way of the
 //! first, so that it stands in no place that the first still has to sweep over. All is decided for
 //! both at once, so that they never disagree.
@@ -161,7 +162,10 @@ fn yielding(
         [true, false] => 1,
         [false, true] => 0,
         [true, true] => in_overlap(vehicles, rows),
-        [false, false] => before_overlap(vehicles, rows, speeds_mps, enters_m)?,
+        [false, false] => {
+            let wait = rows.map(|row| waits_for_oncoming(vehicles, row, map));
+            before_overlap(vehicles, rows, speeds_mps, enters_m, wait)?
+        }
     };
     let other = both[1 - yields];
     let stop_m = (enters_m[yields] - STEP_M).max(0.0);
@@ -177,30 +181,42 @@ fn yielding(
     })
 }
 
-/// Returns which of two rows yields before the overlap of their ways; `None` if both stand, since either
-/// may find its way free first.
+/// Returns which of two rows yields before the overlap of their ways, by which of them wait for an oncoming
+/// vehicle; `None` if both stand, since either may find its way free first.
 fn before_overlap(
     vehicles: &VehicleTable,
     rows: [usize; 2],
     speeds_mps: [f32; 2],
     enters_m: [f32; 2],
+    wait: [bool; 2],
 ) -> Option<usize> {
-    // One that stands waits for something else; the other one may pass it meanwhile.
-    match speeds_mps.map(|mps| mps < MOVING_MPS) {
-        [true, false] => return Some(0),
-        [false, true] => return Some(1),
-        [true, true] => return None,
-        [false, false] => {}
-    }
     let can_stop = [0, 1].map(|side| {
         let room_m = (enters_m[side] - STEP_M).max(0.0);
         speeds_mps[side] * speeds_mps[side] <= 2.0 * BRAKE_MPS2 * room_m
     });
+    match speeds_mps.map(|mps| mps < MOVING_MPS) {
+        [true, true] => return None,
+        // One that stands waits for something else, and the other one may pass it meanwhile; or it waits for
+        // those that come towards it, of which the next one lets it go.
+        [true, false] => return Some(usize::from(wait[0] && can_stop[1])),
+        [false, true] => return Some(usize::from(!(wait[1] && can_stop[0]))),
+        [false, false] => {}
+    }
     Some(match can_stop {
         [true, false] => 0,
         [false, true] => 1,
         _ => later_id(vehicles, rows),
     })
+}
+
+/// Returns whether the leader of a row is a vehicle on the oncoming lane beside its route.
+fn waits_for_oncoming(vehicles: &VehicleTable, row: usize, map: &Map) -> bool {
+    let leader = vehicles[row].seen_leader;
+    let Ok(leader) = vehicles.binary_search_by_key(&leader, |vehicle| vehicle.id) else {
+        return false;
+    };
+    let beside = |lane: &u32| map.beside.oncoming[*lane as usize] == vehicles[leader].route.lane();
+    vehicles[row].route.lanes().iter().any(beside)
 }
 
 /// Returns which of two rows yields that are in each other's way already: one that waits at a line, until it
@@ -296,6 +312,39 @@ mod tests {
         let mut found = Vec::new();
         find(vehicles, &map, &agents, &occupancy, Spread::Alone, &mut found);
         found.iter().map(|obstacle| obstacle.row).collect()
+    }
+
+    #[test]
+    fn one_that_waits_for_oncoming_vehicles_lets_no_others_enter_that_can_stop() {
+        let mut vehicles = VehicleTable::default();
+        vehicles.retain(&[1, 2]);
+        let yields = |speed_mps: f32, enters_m: f32, waits: bool| {
+            let ways_m = [10.0, enters_m];
+            before_overlap(&vehicles, [0, 1], [0.0, speed_mps], ways_m, [waits, false])
+        };
+        assert_eq!(yields(5.0, 20.0, false), Some(0), "it stands for another reason");
+        assert_eq!(yields(5.0, 20.0, true), Some(1));
+        assert_eq!(yields(5.0, 5.0, true), Some(0), "the other cannot stop");
+        assert_eq!(yields(0.0, 20.0, true), None);
+    }
+
+    #[test]
+    fn a_vehicle_waits_for_the_oncoming_one_that_it_sees_as_its_leader() {
+        let bus = |x: f32, y: f32, yaw: f32| {
+            Car { position: Vec3::new(x, y, 0.0), yaw, ..Car::default() }
+                .built_as("vehicle.mitsubishi.fusorosa")
+        };
+        let waits = |cars: Vec<Car>| {
+            let mut course = Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, cars);
+            course.tick();
+            course.tick();
+            let planner = &course.planner;
+            waits_for_oncoming(&planner.state.vehicles, 0, &planner.map)
+        };
+        let (sin, cos) = 0.3f32.sin_cos();
+        let in_bend = bus(60.0 + 18.25 * sin, 20.0 - 18.25 * cos, 0.3 + PI);
+        assert!(waits(vec![bus(46.0, -1.75, 0.0), in_bend]));
+        assert!(!waits(vec![bus(30.0, -1.75, 0.0), bus(42.0, -1.75, 0.0)]), "its leader");
     }
 
     #[test]
