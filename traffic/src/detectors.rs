@@ -1,9 +1,19 @@
 //! Detectors: which vehicles approach which traffic light, as an induction loop before the stop
 //! line would report.
 
+use protocol::light;
+
 use crate::{
-    agents::Agents, constraint::WaitReason, demand::Demand, grid::Pass, junction::Junctions,
-    map::Map, occupancy::Occupancy, spread::Spread, tracks::NONE, vehicle_table::VehicleTable,
+    agents::Agents,
+    constraint::WaitReason,
+    demand::Demand,
+    grid::Pass,
+    junction::{self, Junctions, PASSED_M},
+    map::Map,
+    occupancy::Occupancy,
+    spread::Spread,
+    tracks::NONE,
+    vehicle_table::VehicleTable,
 };
 
 /// Distance before the stop line from which a vehicle demands green.
@@ -38,18 +48,33 @@ pub(crate) fn count(
             return;
         }
         let speed = agents.speed(agents.driven[row] as usize);
-        for (&lane, &start_m) in vehicle.route.lanes().iter().zip(junctions.starts(row)) {
+        let reserved = junction::reserved_lanes(vehicle);
+        let mut is_next = true;
+        for (k, (&lane, &start_m)) in
+            vehicle.route.lanes().iter().zip(junctions.starts(row)).enumerate()
+        {
             let line_m = start_m - map.approaches.line_m[lane as usize];
             if line_m > CALL_M {
                 break;
             }
-            if map.approaches.signal[lane as usize] != NONE && start_m > 0.0 {
+            // One that has just passed its line would stop again if its light turned yellow.
+            if map.approaches.signal[lane as usize] == NONE || start_m <= -PASSED_M {
+                continue;
+            }
+            if is_next {
                 // Green does not help a vehicle whose exit is blocked, nor those queued behind it,
                 // unless other phases would fill the exit again and again.
-                let moves = speed > STANDING_MPS
+                let moves = k < reserved
+                    || speed > STANDING_MPS
                     || matches!(junctions.waits[row], WaitReason::Conflict)
                     || vehicle.wait_s > PATIENCE_S;
                 calls.push((lane, line_m, speed, moves));
+            } else if k < reserved {
+                // Its reservation requires that this light stays green too.
+                calls.push((lane, 0.0, speed, true));
+            }
+            is_next = false;
+            if k >= reserved {
                 break;
             }
         }
@@ -69,6 +94,28 @@ pub(crate) fn count(
                     add(demand, map, exit, line_m, on.speed_mps, true);
                 }
             }
+        }
+    }
+}
+
+/// Gives priority to the lights of vehicles that have no room between two of them and need both, which may
+/// never be green together by themselves: after a long time, while the first one is green.
+pub(crate) fn prefer(
+    demand: &mut Demand,
+    map: &Map,
+    vehicles: &VehicleTable,
+    junctions: &Junctions,
+    lights: &[u32],
+) {
+    for (row, lanes) in junctions.starving() {
+        // The route may have become shorter in this frame.
+        let way = vehicles[row].route.lanes().get(lanes).unwrap_or_default();
+        let signals = way.iter().map(|lane| map.approaches.signal[*lane as usize]);
+        let mut signals = signals.filter(|signal| *signal != NONE).peekable();
+        let is_green = signals.peek().is_some_and(|first| lights[*first as usize] == light::GREEN);
+        let slots: Vec<_> = signals.filter_map(|signal| map.signals.slot(signal)).collect();
+        if is_green && slots.len() > 1 {
+            slots.iter().for_each(|(cycle, phase)| demand.prefer(*cycle as usize, (*phase).into()));
         }
     }
 }

@@ -20,11 +20,8 @@ mod reservation;
 mod state;
 mod wait_graph;
 
-pub(crate) use self::state::{Junctions, View};
-use self::{
-    reservation::expire,
-    state::{Found, reserved_lanes},
-};
+pub(crate) use self::state::{Junctions, PASSED_M, View, reserved_lanes};
+use self::{reservation::expire, state::Found};
 use crate::{
     constraint::{JunctionConstraint, WaitReason},
     tracks::NONE,

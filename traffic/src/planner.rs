@@ -601,6 +601,9 @@ impl Planner {
             &scratch.junctions,
             spread,
         );
+        let lights = &scratch.light_states;
+        let (vehicles, junctions) = (&self.state.vehicles, &scratch.junctions);
+        detectors::prefer(&mut scratch.demand, &self.map, vehicles, junctions, lights);
         if !scratch.agents.led.is_empty() {
             scratch.walkers.call(&self.map, &mut scratch.demand);
         }

@@ -7,7 +7,7 @@
 //!
 //! Green is actuated by demand: a phase is extended while vehicles arrive, up to a maximum while
 //! others wait, and a phase without demand is skipped while another has demand. Without any demand
-//! the phases follow each other at a fixed rate.
+//! the phases follow each other at a fixed rate. A phase with priority comes next and stays longer.
 
 use glam::Vec2;
 use protocol::light;
@@ -29,7 +29,7 @@ const YELLOW_MIN_NANOS: u64 = 3_000_000_000;
 /// All-red part of a phase's clock.
 const RED_NANOS: u64 = 2_000_000_000;
 /// Length of a phase's clock.
-const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
+pub(crate) const PHASE_NANOS: u64 = GREEN_NANOS + YELLOW_NANOS + RED_NANOS;
 /// Minimum green of a phase.
 const GREEN_MIN_NANOS: u64 = 6_000_000_000;
 /// Green without demand.
@@ -167,6 +167,7 @@ impl SignalPlan {
             let (phase, before) = (*clock / PHASE_NANOS, *clock % PHASE_NANOS);
             let others_wait = (0..phases).any(|p| p != phase && demand.waits(cycle, p));
             let extends = demand.comes(cycle, phase);
+            let preferred = (0..phases).find(|&p| demand.has_priority(cycle, p));
             let mut now = before + delta_nanos;
             if before < GREEN_NANOS {
                 let yellow_nanos = self.yellow_nanos[cycle][phase as usize];
@@ -174,6 +175,8 @@ impl SignalPlan {
                     .saturating_sub(yellow_nanos + RED_NANOS)
                     .clamp(GREEN_MIN_NANOS + 2_000_000_000, GREEN_NANOS);
                 let until = match (others_wait, extends) {
+                    (true, _) if demand.has_priority(cycle, phase) => GREEN_NANOS,
+                    (true, _) if preferred.is_some() => GREEN_MIN_NANOS,
                     (true, true) => most,
                     (true, false) => GREEN_MIN_NANOS,
                     // With demand on this phase alone, green rests just before its end.
@@ -193,7 +196,7 @@ impl SignalPlan {
                 phase * PHASE_NANOS + now
             } else {
                 let next_demanded = next.clone().find(|&p| demand.waits(cycle, p));
-                next_demanded.or(next.clone().next()).unwrap_or(0) * PHASE_NANOS
+                preferred.or(next_demanded).or(next.clone().next()).unwrap_or(0) * PHASE_NANOS
             };
         }
     }

@@ -1,5 +1,7 @@
 //! Room to stand beyond a junction.
 
+use std::ops::Range;
+
 use protocol::light;
 
 use super::state::{Junctions, Request, STANDING_GAP_M, View, reserved_lanes};
@@ -102,6 +104,14 @@ impl Junctions {
             }
         }
         self.starving.sort_unstable();
+    }
+
+    /// Returns the requests of vehicles that have waited for long: the row, and the lanes of its route.
+    pub(crate) fn starving(&self) -> impl Iterator<Item = (usize, Range<usize>)> {
+        self.starving.iter().map(|&(_, index)| {
+            let request = &self.requests[index as usize];
+            (request.row, request.from..request.to)
+        })
     }
 
     /// Returns the distance to the first line at which a row must stop without a further

@@ -25,7 +25,7 @@ pub(super) const LINE_GAP_M: f32 = 0.5;
 pub(super) const BEYOND_M: f32 = 1.0;
 /// How far beyond the line of a light the front of a vehicle is that is in the way of others there: more
 /// than of one that stands in a queue, which waits with its front over the line.
-pub(super) const PASSED_M: f32 = 2.0 * BEYOND_M;
+pub(crate) const PASSED_M: f32 = 2.0 * BEYOND_M;
 
 /// The next way through a junction for which a vehicle has no reservation.
 #[derive(Clone, Copy, Debug)]
@@ -161,7 +161,7 @@ pub(super) fn request_lanes<'a>(
 }
 
 /// Returns the number of lanes of the route that the reservation covers.
-pub(super) fn reserved_lanes(vehicle: &Vehicle) -> usize {
+pub(crate) fn reserved_lanes(vehicle: &Vehicle) -> usize {
     if vehicle.reservation == 0 {
         return 0;
     }

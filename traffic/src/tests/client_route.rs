@@ -17,7 +17,7 @@ fn commands(steps: &[RouteStep]) -> Vec<JournalEntry> {
 }
 
 /// Returns journal entries that command a route to a vehicle.
-fn commands_to(vehicle: ActorId, steps: &[RouteStep]) -> Vec<JournalEntry> {
+pub(super) fn commands_to(vehicle: ActorId, steps: &[RouteStep]) -> Vec<JournalEntry> {
     let line = |guide: RouteCommand| JournalEntry {
         client: Name::new("test"),
         sequence: 1,

@@ -1,12 +1,13 @@
 //! Lights, signs, and right of way without either.
 
 use glam::{Vec2, Vec3};
-use protocol::{light, param};
+use protocol::{ActorId, RouteStep, light, param};
 
+use super::client_route::commands_to;
 use super::course::{Car, Course};
 use super::maps;
 use super::params::turned;
-use crate::body::CAR;
+use crate::{body::CAR, signals::PHASE_NANOS};
 
 #[test]
 fn no_vehicle_passes_a_red_light() {
@@ -35,6 +36,31 @@ fn a_vehicle_that_ignores_lights_passes_red_ones() {
 fn before_second_crossing(beyond_m: f32, speed: f32) -> Car {
     let position = Vec3::new(26.0 + 1.75, -10.0 + beyond_m - CAR.front_m, 0.0);
     Car { position, yaw: std::f32::consts::FRAC_PI_2, speed, ..Car::default() }
+}
+
+#[test]
+fn a_bus_without_room_between_two_lights_passes_both() {
+    let (_, body) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
+    let before_m = body.center_m.x + body.half_extents_m.x + 11.0;
+    let bus = Car { position: Vec3::new(-before_m, -1.75, 0.0), ..Car::default() }
+        .built_as("vehicle.mitsubishi.fusorosa");
+    // Others wait at the southern lights all the time.
+    let wait = |car: Car| Car { parked: true, ..car };
+    let at_second = before_second_crossing(-1.0, 0.0);
+    let at_first = Car { position: at_second.position - Vec3::X * 26.0, ..at_second.clone() };
+    let cars = vec![bus, wait(at_first), wait(at_second)];
+    let mut course = Course::with_cars(maps::two_lit_crossings(26.0), 3, cars);
+    // The lights of the second crossing are green for those.
+    course.planner.state.clocks[1] = PHASE_NANOS;
+    course.tick_with(&commands_to(ActorId(1), &[RouteStep::place(Vec3::new(80.0, -1.75, 0.0))]));
+    let mut longest_s = 0.0f32;
+    while course.cars[0].position.x < 40.0 {
+        assert!(course.time_s() < 300.0, "it is at {}", course.cars[0].position);
+        course.tick();
+        longest_s = longest_s.max(course.planner.state.vehicles[0].wait_s);
+    }
+    assert!(longest_s > 20.0, "it waited for {longest_s} s");
+    assert!(course.crossings.iter().all(|crossing| crossing.1 != light::RED));
 }
 
 #[test]

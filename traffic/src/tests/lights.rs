@@ -57,6 +57,25 @@ fn every_phase_gets_green_under_continuous_demand() {
 }
 
 #[test]
+fn a_phase_with_priority_comes_next_and_stays_longer() {
+    let begin_and_length_s = |prefers: bool| {
+        let shown = shown(100, |_| {
+            let mut demand = Demand::of(&[0, 1, 2], &[0, 1, 2]);
+            if prefers {
+                demand.prefer(0, 2);
+            }
+            demand
+        });
+        let begin_s = shown.iter().take_while(|lights| lights[2] != light::GREEN).count();
+        let green = shown[begin_s..].iter().take_while(|lights| lights[2] == light::GREEN);
+        (begin_s, green.count())
+    };
+    let [first, later] = [true, false].map(begin_and_length_s);
+    assert!((10..=13).contains(&first.0) && (39..=41).contains(&first.1), "{first:?}");
+    assert!(later.0 > 30 && later.1 < 20, "{later:?}");
+}
+
+#[test]
 fn yellow_lasts_for_as_long_as_the_speed_limit_requires() {
     // The first yellow of a light.
     let yellow_s = |plan: &SignalPlan| {

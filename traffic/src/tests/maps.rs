@@ -50,12 +50,21 @@ pub(super) fn stop_before_crossing() -> Arc<Network> {
 /// Returns two such crossings, the centre of the second at `second_x_m` on the eastern arm of the first,
 /// 6 or so metres after it at 26. Its western and its southern arm, roads 2 and 6, have lights at its
 /// lines; its eastern and northern arms are 5 and 7.
-pub(super) fn two_crossings(second_x_m: f64) -> Arc<Network> {
+pub(crate) fn two_crossings(second_x_m: f64) -> Arc<Network> {
     two_crossings_with_line(second_x_m, 0.5)
 }
 
 /// Returns those crossings with the line of the southern light this far before the second one.
 pub(super) fn two_crossings_with_line(second_x_m: f64, before_m: f64) -> Arc<Network> {
+    crossings_with_lights(second_x_m, before_m, false)
+}
+
+/// Returns those crossings with lights on the western and southern arms of the first one too.
+pub(super) fn two_lit_crossings(second_x_m: f64) -> Arc<Network> {
+    crossings_with_lights(second_x_m, 0.5, true)
+}
+
+fn crossings_with_lights(second_x_m: f64, before_m: f64, at_first: bool) -> Arc<Network> {
     let quarter = std::f64::consts::FRAC_PI_2;
     let between_m = second_x_m - 20.0;
     let joins = |first: &str, second: &str| {
@@ -74,8 +83,11 @@ pub(super) fn two_crossings_with_line(second_x_m: f64, before_m: f64) -> Arc<Net
     let middle = road("2", "-1", (10.0, 0.0, 0.0, between_m), &joins("9", "8"), true);
     let south = road("6", "-1", (second_x_m, -160.0, quarter, 150.0), &ends_at("8"), true);
     let mut text = lit(middle, 1, between_m - 0.5) + &lit(south, 2, 150.0 - before_m);
-    text += &road("1", "-1", (-160.0, 0.0, 0.0, 150.0), &ends_at("9"), true);
-    text += &road("3", "-1", (0.0, -160.0, quarter, 150.0), &ends_at("9"), true);
+    let west = road("1", "-1", (-160.0, 0.0, 0.0, 150.0), &ends_at("9"), true);
+    let south = road("3", "-1", (0.0, -160.0, quarter, 150.0), &ends_at("9"), true);
+    for (road, id) in [(west, 3), (south, 4)] {
+        text += &if at_first { lit(road, id, 149.5) } else { road };
+    }
     text += &road("4", "-1", (0.0, 10.0, quarter, 150.0), &begins_at("9"), true);
     text += &road("5", "-1", (second_x_m + 10.0, 0.0, 0.0, 150.0), &begins_at("8"), true);
     text += &road("7", "-1", (second_x_m, 10.0, quarter, 150.0), &begins_at("8"), true);
