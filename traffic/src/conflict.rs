@@ -346,30 +346,30 @@ fn overlap(a: &Path, b: &Path, merge: bool) -> [Option<Stretches>; 5] {
     found.map(|(own, other)| (own.0 <= own.1).then_some(Stretches { own, other }))
 }
 
-/// Returns the distance before the end of `entry` at which a bus on the other path is still too
-/// near.
+/// Returns the distance before the end of `entry`, which may be longer than it, at which a bus on the other
+/// path is still too near.
 fn swept(tracks: &Tracks, entry: u32, path: &[Station]) -> f32 {
-    let (count, step) = tracks.samples(entry);
-    let length = tracks.length(entry);
-    let first = ((length - SWEEP_M) / step).ceil().max(0.0) as usize;
     let touches = |point: Vec3, station: &Station| {
         let to = point - station.point;
         let reach = station.bus.towards(station.tangent, to.truncate());
         let apart = if reach > BUS_M + SWING_M { reach + WAITING_M } else { BESIDE_M };
         to.truncate().length_squared() < apart * apart && to.z.abs() < STOREY_M
     };
-    (first..count)
-        .find(|&index| {
-            let point = tracks.sample_point(entry, index);
+    let (step_m, length_m) = (tracks.samples(entry).1, tracks.length(entry));
+    (0..=(SWEEP_M / step_m) as usize)
+        .rev()
+        .map(|steps| steps as f32 * step_m)
+        .find(|&before_m| {
+            let (point, _) = swept_path::place(tracks, entry, length_m - before_m);
             path.iter().any(|station| station.arc_m >= 0.0 && touches(point, station))
         })
-        .map_or(0.0, |index| length - index as f32 * step + 0.5)
+        .map_or(0.0, |before_m| before_m + 0.5)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::tests::maps;
+    use crate::{swept_path::Reach, tests::maps};
 
     /// Returns the number of lanes of zones, and whether in them conflict: two cars, a bus and a
     /// car, two buses.
@@ -404,6 +404,20 @@ mod tests {
         assert_eq!(conflict.stop_at(both, -7.4, 9.0), Some(0.0), "before the junction");
         assert_eq!(conflict.stop_at(both, 0.5, 9.0), None, "inside");
         assert_eq!(conflict.stop_at((false, false), -12.0, 0.0), None, "two cars pass each other");
+    }
+
+    #[test]
+    fn vehicles_wait_clear_of_buses_though_the_lane_before_the_junction_is_short() {
+        let tracks = Tracks::new(&maps::two_crossings(22.2));
+        let is_short = |lane: &u32| !tracks.in_zone(*lane) && tracks.length(*lane) < 2.5;
+        let entry = (0..tracks.count() as u32).find(is_short).expect("the road between both");
+        // A bus whose path ends beside a place 5 m before the junction.
+        let (place, tangent) = swept_path::place(&tracks, entry, tracks.length(entry) - 5.0);
+        let reach = Reach { left_m: BUS_M, right_m: BUS_M };
+        let point = place + tangent.perp().extend(0.0) * 2.0;
+        let station = Station { arc_m: 0.0, point, tangent, car: reach, bus: reach };
+        let setback_m = swept(&tracks, entry, &[station]);
+        assert!((5.0..7.5).contains(&setback_m), "{setback_m} m");
     }
 
     #[test]

@@ -42,6 +42,9 @@ const RUN_UP_M: f32 = 16.0;
 /// Distance after a track over which vehicles are examined.
 pub(crate) const RUN_OUT_M: f32 = 12.0;
 
+/// Most lanes before or after a track that are followed.
+const LANES_MAX: u32 = 16;
+
 /// Reach to the left and to the right of a track's centre.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Reach {
@@ -84,18 +87,25 @@ pub(crate) fn stations(tracks: &Tracks, lane: u32) -> Vec<Station> {
     path
 }
 
-/// Returns a point on `lane`, or on the lanes before and after it.
-fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
-    let length = tracks.length(lane);
-    let (on, at_m) = if arc_m < 0.0 {
-        let before = tracks.previous(lane).first().filter(|&&l| tracks.has(l));
-        before.map_or((lane, arc_m), |&before| (before, tracks.length(before) + arc_m))
-    } else if arc_m > length {
-        let next = tracks.next(lane).first().filter(|&&l| tracks.has(l));
-        next.map_or((lane, arc_m), |&next| (next, arc_m - length))
-    } else {
-        (lane, arc_m)
-    };
+/// Returns a point on `lane`, or on the lanes before and after it, of which some are shorter than a vehicle.
+pub(crate) fn place(tracks: &Tracks, lane: u32, arc_m: f32) -> (Vec3, Vec2) {
+    let (mut on, mut at_m) = (lane, arc_m);
+    let first = |lanes: &[u32]| lanes.first().copied().filter(|&lane| tracks.has(lane));
+    for _ in 0..LANES_MAX {
+        if at_m < 0.0
+            && let Some(before) = first(tracks.previous(on))
+        {
+            on = before;
+            at_m += tracks.length(before);
+        } else if at_m > tracks.length(on)
+            && let Some(next) = first(tracks.next(on))
+        {
+            at_m -= tracks.length(on);
+            on = next;
+        } else {
+            break;
+        }
+    }
     let (point, tangent, _) = tracks.at(on, at_m);
     (point, tangent)
 }
