@@ -280,7 +280,7 @@ fn aside(
     })
 }
 
-/// Returns the crossing that lies ahead of a walker, or at the end of which it stands and looks across, and
+/// Returns the crossing that lies ahead of a walker, or at the end of which it stands before it begins, and
 /// whether it may begin to cross.
 fn gate(
     row: usize,
