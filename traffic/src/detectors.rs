@@ -8,7 +8,7 @@ use crate::{
     constraint::WaitReason,
     demand::Demand,
     grid::Pass,
-    junction::{self, Junctions, PASSED_M},
+    junction::{self, Junctions, PASSED_M, STARTING_MPS},
     map::Map,
     occupancy::Occupancy,
     spread::Spread,
@@ -50,6 +50,8 @@ pub(crate) fn count(
         let speed = agents.speed(agents.driven[row] as usize);
         let reserved = junction::reserved_lanes(vehicle);
         let mut is_next = true;
+        // One that has just started would stop again beyond its line if its light turned yellow.
+        let passed_m = if speed < STARTING_MPS { PASSED_M } else { 0.0 };
         for (k, (&lane, &start_m)) in
             vehicle.route.lanes().iter().zip(junctions.starts(row)).enumerate()
         {
@@ -57,8 +59,7 @@ pub(crate) fn count(
             if line_m > CALL_M {
                 break;
             }
-            // One that has just passed its line would stop again if its light turned yellow.
-            if map.approaches.signal[lane as usize] == NONE || start_m <= -PASSED_M {
+            if map.approaches.signal[lane as usize] == NONE || start_m <= -passed_m {
                 continue;
             }
             if is_next {

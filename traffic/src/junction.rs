@@ -20,7 +20,10 @@ mod reservation;
 mod state;
 mod wait_graph;
 
-pub(crate) use self::state::{Junctions, PASSED_M, View, reserved_lanes};
+pub(crate) use self::{
+    requests::STARTING_MPS,
+    state::{Junctions, PASSED_M, View, reserved_lanes},
+};
 use self::{reservation::expire, state::Found};
 use crate::{
     constraint::{JunctionConstraint, WaitReason},

@@ -27,7 +27,7 @@ const STOP_BRAKE_MPS2: f32 = 5.0;
 
 /// Speed below which a vehicle that has just started from its line can still stop up to [`BEYOND_M`]
 /// beyond it.
-const STARTING_MPS: f32 = 2.0;
+pub(crate) const STARTING_MPS: f32 = 2.0;
 
 /// Length from which a way through a junction is not extended by the next junction.
 const CHAIN_M: f32 = 45.0;
