@@ -411,7 +411,7 @@ mod tests {
         let tracks = Tracks::new(&maps::two_crossings(22.2));
         let is_short = |lane: &u32| !tracks.in_zone(*lane) && tracks.length(*lane) < 2.5;
         let entry = (0..tracks.count() as u32).find(is_short).expect("the road between both");
-        // A bus whose path ends beside a place 5 m before the junction.
+        // The path of a bus that ends beside a place 5 m before the junction.
         let (place, tangent) = swept_path::place(&tracks, entry, tracks.length(entry) - 5.0);
         let reach = Reach { left_m: BUS_M, right_m: BUS_M };
         let point = place + tangent.perp().extend(0.0) * 2.0;
