@@ -19,9 +19,10 @@
 //! - No vehicle is removed, teleported or overturned, none touches another actor or an object, and none passes a
 //!   light that has been red for 0.2 s.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use clap::Parser;
@@ -40,12 +41,13 @@ struct Arguments {
     /// Simulated time at the end, in seconds.
     #[arg(long, default_value_t = 3600)]
     seconds: u32,
-    /// Writes the state at the end to this file, from which another run with the same map and cast goes on.
+    /// Writes the state every 300 simulated seconds and at the end to this file, from which another run with the same
+    /// map and cast goes on.
     #[arg(long)]
-    save: Option<std::path::PathBuf>,
+    save: Option<PathBuf>,
     /// Goes on from a state; what is reported happened since.
     #[arg(long)]
-    resume: Option<std::path::PathBuf>,
+    resume: Option<PathBuf>,
     /// Ends after this time of the clock, in seconds, even if less has been simulated.
     #[arg(long, default_value_t = f64::INFINITY)]
     wall_seconds: f64,
@@ -68,7 +70,71 @@ struct Arguments {
     watch_from: u32,
     /// Writes positions and reasons for waiting to this file, as CSV, once a second.
     #[arg(long)]
-    trace: Option<std::path::PathBuf>,
+    trace: Option<PathBuf>,
+    /// Writes states from before contacts and from before stays of more than 240 s to this folder, to resume from.
+    #[arg(long)]
+    keep: Option<PathBuf>,
+}
+
+/// Frames between two states written with `--save`.
+const SAVE_EVERY: u64 = 6000;
+/// Simulated time between two states in memory, in seconds.
+const KEEP_EVERY_S: u64 = 20;
+/// A state from this long before a contact shows how it came about.
+const BEFORE_CONTACT_S: f32 = 10.0;
+const LONG_STAY_S: f32 = 240.0;
+/// States from before a stay began.
+const BEFORE_STAY_S: f32 = LONG_STAY_S + 60.0;
+/// Files of each kind.
+const KEPT_MAX: usize = 3;
+
+/// The states of the last minutes, of which those before something went wrong are written.
+struct Keeper {
+    folder: PathBuf,
+    states: VecDeque<(f32, Vec<u8>)>,
+    contacts: usize,
+    stays: usize,
+}
+
+impl Keeper {
+    fn new(folder: &Path) -> Keeper {
+        std::fs::create_dir_all(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+        Keeper { folder: folder.to_owned(), states: VecDeque::new(), contacts: 0, stays: 0 }
+    }
+
+    /// To be called once a simulated second.
+    fn advance(&mut self, world: &World, second: u64) {
+        let time_s = world.time_s();
+        if second.is_multiple_of(KEEP_EVERY_S) {
+            self.states.push_back((time_s, world.save()));
+            self.states.retain(|(at_s, _)| time_s - at_s < BEFORE_STAY_S);
+        }
+        let contacts = world.contacts();
+        if contacts > self.contacts {
+            let before = self.states.iter().rfind(|(at_s, _)| time_s - at_s > BEFORE_CONTACT_S);
+            self.write("contact", self.contacts, before, time_s);
+            self.contacts = contacts;
+        }
+        let stays = world.standstills(LONG_STAY_S).len();
+        if stays > self.stays {
+            self.write("stay", self.stays, self.states.front(), time_s);
+            self.stays = stays;
+        }
+    }
+
+    fn write(&self, what: &str, before: usize, state: Option<&(f32, Vec<u8>)>, time_s: f32) {
+        let Some((at_s, bytes)) = state.filter(|_| before < KEPT_MAX) else { return };
+        let path = self.folder.join(format!("{what}_{time_s:.0}_from_{at_s:.0}"));
+        write(&path, bytes);
+    }
+}
+
+/// A file is whole at any time: it is written beside the old one first.
+fn write(path: &Path, bytes: &[u8]) {
+    let beside = path.with_extension("part");
+    std::fs::write(&beside, bytes)
+        .and_then(|()| std::fs::rename(&beside, path))
+        .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
 }
 
 fn main() {
@@ -79,6 +145,7 @@ fn main() {
     let mut world = World::new(Arc::new(network), &cast);
     world.set_threads(arguments.threads);
     let mut trace = arguments.trace.as_deref().map(begin_trace);
+    let mut keeper = arguments.keep.as_deref().map(Keeper::new);
     let begin_nanos = bus::clock::now_nanos();
     if let Some(path) = &arguments.resume {
         let state = std::fs::read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
@@ -93,13 +160,21 @@ fn main() {
         if let Some(trace) = trace.as_mut().filter(|_| tick % 20 == 0) {
             world.write(trace).expect("the trace can be written");
         }
+        if let Some(keeper) = keeper.as_mut().filter(|_| tick % 20 == 0) {
+            keeper.advance(&world, tick / 20);
+        }
+        if let Some(path) =
+            arguments.save.as_deref().filter(|_| tick % SAVE_EVERY == SAVE_EVERY - 1)
+        {
+            write(path, &world.save());
+        }
         if tick % 20 == 0 && wall_s(begin_nanos) > arguments.wall_seconds {
             break;
         }
     }
     drop(trace);
     if let Some(path) = &arguments.save {
-        std::fs::write(path, world.save()).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        write(path, &world.save());
     }
     if !world.report(&name, wall_s(begin_nanos)) {
         std::process::exit(1);

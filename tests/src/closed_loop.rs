@@ -578,6 +578,11 @@ impl World {
         faults
     }
 
+    /// Returns the number of contacts between two actors or with a static object.
+    pub fn contacts(&self) -> usize {
+        self.crashes.len()
+    }
+
     /// Returns the number of contacts with static objects.
     pub fn brushes(&self) -> usize {
         self.crashes.iter().filter(|crash| crash.pair.1 == ActorId::NONE).count()
