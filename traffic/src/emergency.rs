@@ -8,9 +8,11 @@ use glam::Vec2;
 
 use crate::{
     agents::Agents,
-    obstacles::{Course, Footprint},
-    occupancy::Occupancy,
+    obstacles::{Course, Footprint, RETURN_M},
+    occupancy::{Occupancy, ordered},
+    route::ahead,
     spread::Spread,
+    swept_path::turn_max_per_m,
     tracks::Tracks,
     vehicle_table::VehicleTable,
 };
@@ -35,18 +37,31 @@ const STEP_S: f32 = 0.25;
 /// Speed above which vehicles are not examined: they are on roads without crossing traffic, where those
 /// ahead are leaders.
 const FAST_MPS: f32 = 15.0;
+/// Bound on the speed of an agent that slides or falls.
+const FASTEST_MPS: f32 = 100.0;
+/// Way within which a vehicle counts as standing: it does not leave twice this.
+const CREEP_M: f32 = 0.05;
+/// What is added to the region of a vehicle that drives, and of an agent that goes straight on.
+const LOOSE_M: f32 = 0.3;
+const ROUNDING_M: f32 = 0.01;
+/// Width of the strips of ground by which agents are sorted: most reach into one or two.
+const STRIP_M: f32 = 50.0;
 /// Difference in height between vehicles above each other.
 const STOREY_M: f32 = 3.0;
 
 /// The vehicles that have to brake now; kept to reuse its allocations.
 #[derive(Default)]
 pub(crate) struct Emergencies {
-    /// Where vehicles and walkers would be if they braked, one place after each step; the first is that of now.
+    /// The regions of agents, in each strip that they reach into; ascending by strip and least x.
+    regions: Vec<Region>,
+    /// Pairs of agents with regions that touch, of which this planner drives one.
+    pairs: Vec<[u32; 2]>,
+    /// By agent: whether it is in a pair.
+    is_paired: Vec<bool>,
+    /// Where those in pairs would be if they braked, one place after each step; the first is that of now.
     places: Vec<Place>,
     /// By agent: its first place; one more entry than agents.
     first: Vec<u32>,
-    /// The agents with places, ascending by their least x.
-    bounds: Vec<Bounds>,
     /// The rows that have to brake now, ascending, each with the agent that it would touch.
     found: Vec<(usize, u32)>,
 }
@@ -57,15 +72,25 @@ struct Place {
     forward: Vec2,
 }
 
-/// What the places of an agent are within.
-struct Bounds {
+/// What an agent that brakes stays within, its clearance included.
+#[derive(Clone, Copy)]
+struct Region {
     agent: u32,
+    /// The strip of ground along the x axis that it is listed in.
+    strip: i32,
+    bounds: Footprint,
     low: Vec2,
     high: Vec2,
-    /// Half the diagonal of the body, and the shift of its roof.
-    radius_m: f32,
-    /// Longest way of a step.
-    stride_m: f32,
+}
+
+impl Region {
+    /// Returns whether two regions of a strip touch; true in one of the strips that both reach into.
+    fn meets(&self, other: &Region) -> bool {
+        other.low.y <= self.high.y
+            && self.low.y <= other.high.y
+            && strip(self.low.y.max(other.low.y)) == self.strip
+            && self.bounds.touches(&other.bounds)
+    }
 }
 
 impl Emergencies {
@@ -84,56 +109,61 @@ impl Emergencies {
         occupancy: &Occupancy,
         spread: Spread,
     ) {
-        let Emergencies { places, first, bounds, found } = self;
-        spread.ragged(agents.count(), (places, first), |agent, places| {
+        let Emergencies { regions, pairs, is_paired, places, first, found } = self;
+        spread.list(agents.count(), regions, |agent, regions| {
             if !agents.is_prop[agent] && agents.speed(agent).abs() <= FAST_MPS {
+                push_region(vehicles, agent, tracks, agents, regions);
+            }
+        });
+        spread.sort(regions, |region| (region.strip, ordered(region.low.x), region.agent));
+        spread.list(regions.len(), pairs, |nth, pairs| {
+            let one = &regions[nth];
+            let near = regions[nth + 1..]
+                .iter()
+                .take_while(|other| other.strip == one.strip && other.low.x <= one.high.x);
+            pairs.extend(
+                near.filter(|other| one.meets(other)).map(|other| [one.agent, other.agent]),
+            );
+        });
+        let is_driven = |agent: u32| is_driven(vehicles, agent, agents);
+        let height_m = |agent: u32| agents.position[agent as usize].z;
+        pairs.retain(|&[one, other]| {
+            (height_m(one) - height_m(other)).abs() < STOREY_M
+                && (is_driven(one) || is_driven(other))
+        });
+        is_paired.clear();
+        is_paired.resize(agents.count(), false);
+        for &agent in pairs.iter().flatten() {
+            is_paired[agent as usize] = true;
+        }
+        spread.ragged(agents.count(), (places, first), |agent, places| {
+            if is_paired[agent] {
                 push_places(vehicles, agent, tracks, agents, places);
             }
         });
         let of = |agent: u32| {
             &places[first[agent as usize] as usize..first[agent as usize + 1] as usize]
         };
-        bounds.clear();
-        bounds.extend((0..agents.count() as u32).filter_map(|agent| {
-            let body = &agents.body[agent as usize];
-            let shift_m = body.height_m * agents.lean[agent as usize].length();
-            let radius_m =
-                0.5 * body.length_m().hypot(2.0 * body.half_width_m) + shift_m + MARGIN_M;
-            let middles = of(agent).iter().map(|place| place.middle);
-            let low = middles.clone().reduce(Vec2::min)? - radius_m;
-            let high = middles.reduce(Vec2::max)? + radius_m;
-            let stride_m = STEP_S * agents.velocity[agent as usize].length().max(START_MPS);
-            Some(Bounds { agent, low, high, radius_m, stride_m })
-        }));
-        bounds.sort_unstable_by(|a, b| a.low.x.total_cmp(&b.low.x).then(a.agent.cmp(&b.agent)));
-        spread.list(bounds.len(), found, |nth, found| {
-            let one = &bounds[nth];
-            let near = bounds[nth + 1..].iter().take_while(|other| other.low.x <= one.high.x);
-            for other in near.filter(|other| other.low.y <= one.high.y && one.low.y <= other.high.y)
-            {
-                if agents.walks[one.agent as usize] && agents.walks[other.agent as usize] {
+        spread.list(pairs.len(), found, |nth, found| {
+            let pair = pairs[nth];
+            let ways = pair.map(of);
+            let together = first_touch(pair, ways, agents);
+            for side in [0, 1] {
+                let (own, other) = (pair[side], pair[1 - side]);
+                if !is_driven(own) || !occupancy.reacts_to(own, other) {
                     continue;
                 }
-                let pair = [one, other];
-                let ways = pair.map(|bounds| of(bounds.agent));
-                let together = first_touch(pair, ways, agents);
-                for side in [0, 1] {
-                    let (own, other) = (pair[side].agent, pair[1 - side].agent);
-                    if !is_driven(vehicles, own, agents) || !occupancy.reacts_to(own, other) {
-                        continue;
-                    }
-                    // One that stands may start or not.
-                    let stays = || {
-                        let mut ways = ways;
-                        ways[1 - side] = &ways[1 - side][..1];
-                        let stands = agents.velocity[other as usize].length() < START_MPS;
-                        stands.then(|| first_touch(pair, ways, agents)).flatten()
-                    };
-                    // One that stands by then does not brake for the other.
-                    let moves = |step: usize| step < ways[side].len();
-                    if together.is_some_and(moves) || stays().is_some_and(moves) {
-                        found.push((agents.row[own as usize] as usize, other));
-                    }
+                // One that stands may start or not.
+                let stays = || {
+                    let mut ways = ways;
+                    ways[1 - side] = &ways[1 - side][..1];
+                    let stands = agents.velocity[other as usize].length() < START_MPS;
+                    stands.then(|| first_touch(pair, ways, agents)).flatten()
+                };
+                // One that stands by then does not brake for the other.
+                let moves = |step: usize| step < ways[side].len();
+                if together.is_some_and(moves) || stays().is_some_and(moves) {
+                    found.push((agents.row[own as usize] as usize, other));
                 }
             }
         });
@@ -147,6 +177,70 @@ fn is_driven(vehicles: &VehicleTable, agent: u32, agents: &Agents) -> bool {
     vehicles.get(agents.row[agent as usize] as usize).is_some_and(|vehicle| {
         vehicle.located == 1 && vehicle.u_turn == 0 && vehicle.reverse_s <= 0.0
     })
+}
+
+/// Returns the strip of ground in which a y coordinate lies.
+fn strip(y: f32) -> i32 {
+    (y / STRIP_M).floor() as i32
+}
+
+/// Appends the region of an agent once for each strip that it reaches into.
+fn push_region(
+    vehicles: &VehicleTable,
+    agent: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    regions: &mut Vec<Region>,
+) {
+    let roof_m = agents.body[agent].height_m * agents.lean[agent].length();
+    let bounds = within(vehicles, agent, tracks, agents).grown(roof_m + MARGIN_M);
+    let Footprint { middle, forward, half } = bounds;
+    let reach = forward.abs() * half.x + forward.perp().abs() * half.y;
+    let (low, high) = (middle - reach, middle + reach);
+    let agent = agent as u32;
+    let strips = strip(low.y)..=strip(high.y);
+    regions.extend(strips.map(|strip| Region { agent, strip, bounds, low, high }));
+}
+
+/// Returns what an agent stays within that brakes: all its places of [`push_places`].
+fn within(vehicles: &VehicleTable, agent: usize, tracks: &Tracks, agents: &Agents) -> Footprint {
+    let (body, at, forward) =
+        (&agents.body[agent], agents.position[agent].truncate(), agents.forward[agent]);
+    let now = Footprint::of(body, at, forward);
+    let speed_mps = agents.speed(agent);
+    if speed_mps <= -START_MPS || !is_driven(vehicles, agent as u32, agents) {
+        let velocity = agents.velocity[agent];
+        let by = velocity.normalize_or_zero() * braking_m(velocity.length().min(FASTEST_MPS));
+        let half = now.half + 0.5 * Vec2::new(by.dot(forward).abs(), by.perp_dot(forward).abs());
+        return Footprint { half: half + ROUNDING_M, ..now.shifted(0.5 * by) };
+    }
+    let way_m = braking_m(speed_mps.max(START_MPS));
+    if way_m < CREEP_M {
+        return now.grown(2.0 * CREEP_M);
+    }
+    let vehicle = &vehicles[agents.row[agent] as usize];
+    let ahead_m = body.tracking_point_m();
+    let (lane, arc_m) = ahead(vehicle, tracks, ahead_m);
+    let (point, tangent, _) = tracks.at(lane, arc_m);
+    let off_m = (at + forward * ahead_m - point.truncate()).length();
+    // The sine of the angle to the lane, and how sharply the vehicle turns.
+    let aslant = tangent.perp_dot(forward).abs();
+    let keeps_lane = vehicle.shift_m == 0.0
+        && !vehicle.passes_prop()
+        && !body.is_wide()
+        && arc_m + way_m <= tracks.length(lane)
+        && tangent.dot(forward) > 0.9
+        && off_m < 1.0;
+    let (aslant, turn_per_m) = if keeps_lane {
+        (aslant + off_m / RETURN_M, tracks.sharpest(lane))
+    } else {
+        (0.0, turn_max_per_m(body))
+    };
+    let aside_m = (way_m * (aslant + 0.5 * turn_per_m * way_m)).min(way_m) + off_m;
+    let swing_m = (aslant + turn_per_m * way_m).min(1.0) * body.front_m.max(body.rear_m);
+    let way_m = way_m + off_m;
+    let half = now.half + Vec2::new(0.5 * way_m, aside_m + swing_m) + LOOSE_M;
+    Footprint { half, ..now.shifted(0.5 * way_m * forward) }
 }
 
 /// Appends the places of an agent that brakes: along its route if this planner drives it, else straight on.
@@ -171,7 +265,8 @@ fn push_places(
         return;
     }
     let (direction, mut middle) = (agents.velocity[agent].normalize_or_zero(), now.middle);
-    places.extend(steps(agents.velocity[agent].length()).map(|by_m| {
+    let speed_mps = agents.velocity[agent].length().min(FASTEST_MPS);
+    places.extend(steps(speed_mps).map(|by_m| {
         middle += direction * by_m;
         Place { middle, forward }
     }));
@@ -181,15 +276,22 @@ fn push_places(
 /// there is none.
 ///
 /// They may touch at the ground or at the lower of the two roofs.
-fn first_touch(pair: [&Bounds; 2], ways: [&[Place]; 2], agents: &Agents) -> Option<usize> {
-    let agent = pair.map(|bounds| bounds.agent as usize);
-    let apart_m = (agents.position[agent[0]].z - agents.position[agent[1]].z).abs();
-    let reach_m = pair[0].radius_m + pair[1].radius_m;
-    let stride_m = pair[0].stride_m + pair[1].stride_m;
+fn first_touch(pair: [u32; 2], ways: [&[Place]; 2], agents: &Agents) -> Option<usize> {
+    let agent = pair.map(|agent| agent as usize);
+    // Half the diagonal of the body, and the shift of its roof.
+    let radius_m = agent.map(|agent| {
+        let body = &agents.body[agent];
+        let shift_m = body.height_m * agents.lean[agent].length();
+        0.5 * body.length_m().hypot(2.0 * body.half_width_m) + shift_m + MARGIN_M
+    });
+    let reach_m = radius_m[0] + radius_m[1];
+    // The longest way of both in a step.
+    let strides_m = agent.map(|agent| STEP_S * agents.velocity[agent].length().max(START_MPS));
+    let stride_m = strides_m[0] + strides_m[1];
     let last = ways[0].len().max(ways[1].len()) - 1;
     let shift = agents.roof_shift(agent[0], agent[1]);
     let (mut step, mut margin_m) = (0, MARGIN_M);
-    while step <= last && apart_m < STOREY_M {
+    while step <= last {
         let places = ways.map(|way| &way[step.min(way.len() - 1)]);
         let gap_m = places[0].middle.distance(places[1].middle) - reach_m;
         if gap_m > 0.0 {
@@ -202,16 +304,24 @@ fn first_touch(pair: [&Bounds; 2], ways: [&[Place]; 2], agents: &Agents) -> Opti
             let half = Vec2::new(0.5 * body.length_m(), body.half_width_m);
             Footprint { middle: places[side].middle, forward: places[side].forward, half }
         });
-        let gap_m = ground.gap_m(&other).min(ground.shifted(shift).gap_m(&other));
-        if step == 0 && gap_m < MARGIN_M {
+        let roof = ground.shifted(shift);
+        let is_near =
+            |margin_m: f32| ground.is_nearer(&other, margin_m) || roof.is_nearer(&other, margin_m);
+        if step == 0 && is_near(MARGIN_M) {
+            let gap_m = ground.gap_m(&other).min(roof.gap_m(&other));
             margin_m = NEAR_M.min(gap_m - NEARER_M);
         }
-        if gap_m < margin_m {
+        if is_near(margin_m) {
             return Some(step);
         }
         step += 1;
     }
     None
+}
+
+/// Returns how far a vehicle drives that brakes.
+fn braking_m(speed_mps: f32) -> f32 {
+    speed_mps * (DELAY_S + speed_mps / (2.0 * BRAKE_MPS2))
 }
 
 /// Returns how far a vehicle that brakes drives in each step until it stands.

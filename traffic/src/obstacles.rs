@@ -29,7 +29,7 @@ const STEP_M: f32 = 1.0;
 /// Least prediction distance, so that a waiting vehicle sees what is beyond the junction.
 const HORIZON_M: f32 = 45.0;
 /// Distance over which a vehicle returns to its line.
-const RETURN_M: f32 = 8.0;
+pub(crate) const RETURN_M: f32 = 8.0;
 /// A crossing agent faster than this will be gone.
 const STANDING_MPS: f32 = 1.5;
 
@@ -81,6 +81,11 @@ impl Footprint {
     /// Returns whether two rectangles touch.
     pub(crate) fn touches(&self, other: &Footprint) -> bool {
         self.gaps_m(other).all(|gap_m| gap_m <= 0.0)
+    }
+
+    /// Returns whether [`Footprint::gap_m`] is less than this.
+    pub(crate) fn is_nearer(&self, other: &Footprint, than_m: f32) -> bool {
+        self.gaps_m(other).all(|gap_m| gap_m < than_m)
     }
 
     /// Returns the gap between two rectangles, negative if they overlap: the largest along their axes,

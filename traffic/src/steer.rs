@@ -69,8 +69,11 @@ pub(crate) struct Deviation {
 /// from the oncoming lane, because two of them pass with little clearance. In a curve its front
 /// swings out and its rear cuts in, which reduces the room for that offset.
 pub(crate) fn wide_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 {
+    if !body.is_wide() {
+        return 0.0;
+    }
     let oncoming = tracks.oncoming[lane as usize];
-    if !body.is_wide() || oncoming == 0.0 {
+    if oncoming == 0.0 {
         return 0.0;
     }
     // Averaged over the length of the vehicle, because a curve begins abruptly.

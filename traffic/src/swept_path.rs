@@ -42,6 +42,9 @@ const RUN_UP_M: f32 = 16.0;
 /// Distance after a track over which vehicles are examined.
 pub(crate) const RUN_OUT_M: f32 = 12.0;
 
+/// Bound on the error of a computed angle between two directions, radians.
+const ANGLE_ERROR_RAD: f32 = 1e-3;
+
 /// Most lanes before or after a track that are followed.
 const LANES_MAX: u32 = 16;
 
@@ -153,6 +156,11 @@ pub(crate) fn follow(
 ) -> Vec2 {
     let axle_m = body.axle_to_tracking_point_m();
     let target = (lead - *rear).normalize_or(*forward);
+    if turns_surely(*forward, target, body, by_m) {
+        *forward = target;
+        *rear = lead - *forward * axle_m;
+        return lead;
+    }
     let turn = forward.angle_to(target);
     let turn_max = by_m * turn_max_per_m(body);
     if turn.abs() <= turn_max {
@@ -163,6 +171,13 @@ pub(crate) fn follow(
     *forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(*forward);
     *rear += *forward * by_m;
     *rear + *forward * axle_m
+}
+
+/// Returns whether a turn is so small that it needs no exact angle: an angle is no larger than its tangent.
+fn turns_surely(forward: Vec2, target: Vec2, body: &Body, by_m: f32) -> bool {
+    let least_per_m = 0.9 * MAX_STEER_FACTOR * body.max_steer_rad / body.wheelbase_m;
+    let (along, across) = (forward.dot(target), forward.perp_dot(target).abs());
+    across + ANGLE_ERROR_RAD * along <= by_m * least_per_m * along
 }
 
 /// Returns the largest turn per metre, radians.

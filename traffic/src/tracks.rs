@@ -105,18 +105,21 @@ struct Summary {
     high_m: f32,
     /// Curve speed of the first sample.
     curve_speed: f32,
+    /// Highest curvature, whatever its sign.
+    sharpest_per_m: f32,
     /// Driving directions of the first and of the last sample.
     tangents: [Vec2; 2],
 }
 
 impl Summary {
-    /// Summarises samples before their curve speeds are known.
+    /// Summarises samples before their curvatures and curve speeds are known.
     fn of(samples: &[Sample]) -> Summary {
         let heights = || samples.iter().map(|sample| sample.point.z);
         Summary {
             low_m: heights().fold(f32::INFINITY, f32::min),
             high_m: heights().fold(f32::NEG_INFINITY, f32::max),
             curve_speed: FASTEST_MPS,
+            sharpest_per_m: 0.0,
             tangents: [samples[0].tangent, samples[samples.len() - 1].tangent],
         }
     }
@@ -309,8 +312,8 @@ impl Tracks {
     }
 
     /// Returns the highest curvature of `lane`, whatever its sign.
-    fn sharpest(&self, lane: u32) -> f32 {
-        self.samples_of(lane).iter().fold(0.0, |most, one| most.max(one.curvature.abs()))
+    pub(crate) fn sharpest(&self, lane: u32) -> f32 {
+        self.summaries[lane as usize].sharpest_per_m
     }
 
     /// Returns the change of direction of a path through a junction from its first lane to its
@@ -409,6 +412,8 @@ impl Tracks {
             let turn = tangent(from).angle_to(tangent(to));
             self.samples[first + index].curvature = turn / ((to - from) as f32 * step).max(0.2);
         }
+        let curvatures = self.samples_of(lane).iter().map(|at| at.curvature.abs());
+        self.summaries[lane as usize].sharpest_per_m = curvatures.fold(0.0, f32::max);
     }
 
     fn set_curve_speed(&mut self, lane: u32) {
