@@ -36,7 +36,7 @@ const CAR_RADIUS_MAX_M: f32 = 35.0;
 const BEND_STEP_M: f32 = 5.0;
 /// Distance between the two from which on they are examined, and the time to meet added to it.
 const NEAR_M: f32 = 25.0;
-const NEAR_S: f32 = 3.0;
+const NEAR_S: f32 = 5.0;
 /// Farthest distance along a route at which others are looked for.
 const REACH_M: f32 = 110.0;
 /// Way along a bend by its chord: that of a quarter circle is 1.11.
@@ -345,6 +345,22 @@ mod tests {
         let in_bend = bus(60.0 + 18.25 * sin, 20.0 - 18.25 * cos, 0.3 + PI);
         assert!(waits(vec![bus(46.0, -1.75, 0.0), in_bend]));
         assert!(!waits(vec![bus(30.0, -1.75, 0.0), bus(42.0, -1.75, 0.0)]), "its leader");
+    }
+
+    #[test]
+    fn a_bus_sees_another_in_the_bend_before_it_while_it_can_stop() {
+        let bus = |position: Vec3, yaw: f32, speed: f32| {
+            Car { position, yaw, speed, ..Car::default() }.built_as("vehicle.mitsubishi.fusorosa")
+        };
+        let (sin, cos) = 0.9f32.sin_cos();
+        let in_bend = bus(Vec3::new(60.0 + 18.25 * sin, 20.0 - 18.25 * cos, 0.0), 0.9 + PI, 0.0);
+        let drives = bus(Vec3::new(12.0, -1.75, 0.0), 0.0, 8.5);
+        let mut course =
+            Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, vec![in_bend, drives]);
+        course.tick();
+        let plans: Vec<_> = course.planner.vehicle_plans().collect();
+        // It takes 12 m to stop at 3 m/s².
+        assert!((12.0..60.0).contains(&plans[1].leader_m), "{} m", plans[1].leader_m);
     }
 
     #[test]

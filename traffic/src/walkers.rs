@@ -50,6 +50,10 @@ const ASIDE_S: f32 = 6.0;
 const ROOM_M: f32 = 0.5;
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
+/// Distance from the kerb at which a walker waits, if there is room, and its speed on the way there. Metres,
+/// metres per second.
+const FROM_KERB_M: f32 = 0.4;
+const TO_KERB_MPS: f32 = 0.6;
 /// Distance before the middle of a lane from which on a walker that crosses towards it claims it. Metres.
 const CLAIM_M: f32 = 9.0;
 /// Distance beyond the middle of a lane up to which a walker claims it. Metres.
@@ -71,6 +75,8 @@ pub(crate) struct Scratch {
     held: Vec<Option<u32>>,
     /// By row: the crossing that it may enter.
     granted: Vec<Option<u32>>,
+    /// By row: whether it stands on the road at the end of a crossing and is to leave it.
+    leaves_road: Vec<bool>,
     in_swept_paths: InSweptPaths,
 }
 
@@ -170,6 +176,7 @@ pub(crate) fn plan(
         wanted,
         held,
         granted,
+        leaves_road,
         in_swept_paths,
     } = scratch;
     let agents = view.agents;
@@ -180,6 +187,7 @@ pub(crate) fn plan(
     wanted.clear();
     held.clear();
     granted.clear();
+    leaves_road.clear();
     for row in 0..table.count() {
         let at = agents.position[agents.led[row] as usize].truncate();
         let mut velocity = match standing[row] {
@@ -198,8 +206,9 @@ pub(crate) fn plan(
         let state = table.row(row);
         state.aside_s = (state.aside_s - view.delta_s).max(0.0);
         let (own, mut back_over) = (velocity, None);
+        let outwards = standing[row].map_or(Vec2::ZERO, |(cell, _)| to_kerb(cell, at, view.ground));
         if is_held {
-            velocity = Vec2::ZERO;
+            velocity = outwards;
         }
         // A walker off the ground returns to it, whatever waits for it meanwhile.
         if let Some(on) = standing[row].filter(is_on_ground) {
@@ -212,13 +221,14 @@ pub(crate) fn plan(
             }
         }
         wanted.push(velocity);
+        leaves_road.push(velocity.dot(outwards) > 0.0);
         held.push(gate.and_then(holds));
         granted.push(back_over.or(gate.and_then(grants)));
     }
     let solid = |agent: &u32| !agents.walks[*agent as usize];
     let placed = |agent: u32| (agent, agents.position[agent as usize].truncate());
     bodies.rebuild((0..agents.count() as u32).filter(solid).map(placed));
-    let crowd = avoidance::Crowd { bodies, groups, wanted, view };
+    let crowd = avoidance::Crowd { bodies, groups, wanted, leaves_road, view };
     for row in 0..table.count() {
         let velocity = match standing[row] {
             None => Vec2::ZERO,
@@ -304,6 +314,16 @@ fn gate(
     let crossing = here.filter(begins).or(there)?;
     let crossings = Crossings { view, approaching };
     Some((crossing, crossings.leave(crossing, at, wanted)))
+}
+
+/// Returns the velocity with which a walker leaves the road at the end of a crossing, where it would stop the
+/// vehicles that turn; zero elsewhere.
+fn to_kerb(cell: u32, at: Vec2, ground: &WalkerGround) -> Vec2 {
+    let Some(crossing) = ground.surface.cell(cell).crossing else { return Vec2::ZERO };
+    let on = &ground.crossings[crossing as usize];
+    let along_m = (at - on.center).dot(on.axis);
+    let is_on_road = along_m.abs() < on.half_length_m + FROM_KERB_M;
+    if is_on_road && on.is_end(at) { on.axis * along_m.signum() * TO_KERB_MPS } else { Vec2::ZERO }
 }
 
 /// Returns the part of a velocity that keeps a walker on its ground during the next frame, and off

@@ -249,6 +249,81 @@ fn a_walker_that_stands_at_the_end_of_a_crossing_begins_when_its_lights_are_red(
     assert!(shown.iter().all(|shows| *shows == light::RED), "{shown:?}");
 }
 
+/// Returns a town, the index of a crosswalk that its lights close to walkers, and a place on it that is
+/// this far inside the kerb and beside its middle.
+fn closed_crossing() -> (Course, usize, impl Fn(f32, f32) -> Vec2) {
+    let course = town(1, 0, 0);
+    let Planner { map, state, .. } = &course.planner;
+    let closes = |signal: &u32| {
+        map.signals.shows(*signal, &state.clocks) == light::GREEN
+            && map.signals.phase_age_s(*signal, &state.clocks) < 5.0
+    };
+    let crossings = &map.walker_ground().crossings;
+    let is_closed =
+        |it: &walkers::Crossing| it.area == Area::Crosswalk && it.signals.iter().any(closes);
+    let index = crossings.iter().position(is_closed).expect("one that is closed");
+    let (center, axis, half_m) = {
+        let it = &crossings[index];
+        (it.center, it.axis, it.half_length_m)
+    };
+    let place = move |inside_m: f32, beside_m: f32| {
+        center - axis * (half_m - inside_m) + axis.perp() * beside_m
+    };
+    (course, index, place)
+}
+
+/// Returns how far a walker is from the kerb of a crosswalk, positive on the road.
+fn inside_m(course: &Course, crossing: usize, foot: usize) -> f32 {
+    let it = &course.planner.map.walker_ground().crossings[crossing];
+    it.half_length_m - (course.feet[foot].position - it.center).dot(it.axis).abs()
+}
+
+#[test]
+fn a_walker_that_has_to_wait_at_the_end_of_a_crossing_steps_off_the_road() {
+    let (mut course, crossing, place) = closed_crossing();
+    let id = course.add_foot(place(0.4, 0.0));
+    course.snapshot();
+    course.tick_with(&[route(id, place(20.0, 0.0))]);
+    while course.time_s() < 3.0 {
+        course.tick();
+    }
+    let inside_m = inside_m(&course, crossing, 0);
+    assert!(inside_m < 0.0, "{inside_m} m on the road");
+}
+
+#[test]
+fn walkers_that_wait_before_a_crossing_let_pass_one_that_leaves_the_road() {
+    let (mut course, crossing, place) = closed_crossing();
+    let mut journal = vec![(course.add_foot(place(0.3, 0.0)), place(-4.0, 0.0))];
+    for nth in 0..6 {
+        let beside_m = 0.62 * (nth % 3 - 1) as f32;
+        let id = course.add_foot(place(if nth < 3 { -0.4 } else { -1.0 }, beside_m));
+        journal.push((id, place(20.0, beside_m)));
+    }
+    course.snapshot();
+    let journal: Vec<_> = journal.into_iter().map(|(id, to)| route(id, to)).collect();
+    course.tick_with(&journal);
+    while course.time_s() < 8.0 {
+        course.tick();
+    }
+    let inside_m = inside_m(&course, crossing, 0);
+    assert!(inside_m < 0.0, "{inside_m} m on the road");
+}
+
+#[test]
+fn a_walker_right_behind_one_that_stands_walks_round_it() {
+    let mut course = path();
+    let id = course.add_foot(vec2(10.0, 21.5));
+    course.add_foot(vec2(10.75, 21.5));
+    course.feet[1].stands = true;
+    course.snapshot();
+    course.tick_with(&[route(id, vec2(40.0, 21.5))]);
+    while course.feet[0].position.x < 15.0 {
+        assert!(course.time_s() < 8.0, "it is at {}", course.feet[0].position);
+        course.tick();
+    }
+}
+
 #[test]
 fn a_walker_that_has_come_onto_a_street_leaves_it() {
     let mut course = town(1, 0, 0);

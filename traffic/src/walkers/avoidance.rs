@@ -32,7 +32,12 @@ const INWARDS: f32 = 0.3;
 const CORNER_SHARE: f32 = 0.3;
 /// Half the width of a body from which on it has such corners. Metres.
 const CORNERS_FROM_M: f32 = 0.5;
-/// How far a walker turns to the right for others that come towards it.
+/// Speed that others expect of one that stands on the road and is to leave it. Metres per second.
+const LEAVES_ROAD_MPS: f32 = 0.8;
+/// Distance within which a walker walks round one that stands ahead, and the least cosine of the angle. Metres.
+const STRAIGHT: f32 = 0.99;
+const STANDS_AHEAD_M: f32 = 1.2;
+/// How far a walker turns to the right for others that come towards it, and round one that stands ahead.
 const RIGHT: f32 = 0.18;
 /// Fastest that a walker becomes to avoid others, by the wanted speed, and when it stands. Metres per
 /// second.
@@ -45,6 +50,8 @@ pub(super) struct Crowd<'a> {
     pub(super) groups: &'a Groups,
     /// By row: the velocity that a walker prefers.
     pub(super) wanted: &'a [Vec2],
+    /// By row: whether others let it pass, as if it walked already.
+    pub(super) leaves_road: &'a [bool],
     pub(super) view: &'a View<'a>,
 }
 
@@ -92,7 +99,7 @@ impl Crowd<'_> {
         let agents = self.view.agents;
         let radius_m = agents.body[agent].half_width_m + SPACE_M;
         let mut near: Vec<(f32, u32, Disc)> = Vec::new();
-        let mut is_met = false;
+        let (mut is_met, mut round) = (false, Vec2::ZERO);
         for other in agents.foot_places.near(at, NEAR_M) {
             let index = other as usize;
             let way = agents.position[index].truncate() - at;
@@ -103,10 +110,20 @@ impl Crowd<'_> {
             let other_row = agents.led.binary_search(&other).ok();
             let is_friend = other_row.is_some_and(|it| self.groups.are_together(row, it));
             let comes = moves.dot(velocity) < -0.3 && way.dot(*wanted) > 0.0;
-            is_met |= comes && way.normalize_or_zero().dot(wanted.normalize_or_zero()) > 0.9;
+            let straight = way.normalize_or_zero().dot(wanted.normalize_or_zero());
+            is_met |= comes && straight > 0.9;
+            let stands = moves.length() < pace::SLOW_MPS;
+            if stands && straight > STRAIGHT && way.length() < STANDS_AHEAD_M {
+                // Right behind one that stands, the nearest free velocity would be none.
+                let left = if way.perp_dot(*wanted) > 0.0 { 1.0 } else { -1.0 };
+                round = wanted.perp() * left * RIGHT;
+            }
             // Walkers that this planner does not lead avoid no one.
             let share = if other_row.is_some() { 0.5 } else { 1.0 };
             let space_m = if is_friend { 0.0 } else { SPACE_M };
+            let leaving = other_row.filter(|&it| self.leaves_road[it] && stands);
+            let moves =
+                leaving.map_or(moves, |it| self.wanted[it].clamp_length_max(LEAVES_ROAD_MPS));
             near.push((
                 way.length_squared(),
                 other,
@@ -123,9 +140,7 @@ impl Crowd<'_> {
         near.truncate(NEIGHBOURS_MAX);
         let mut discs = self.bodies_near(at, radius_m + BODY_SPACE_M);
         discs.extend(near.into_iter().map(|(.., disc)| disc));
-        if is_met {
-            *wanted -= wanted.perp() * RIGHT;
-        }
+        *wanted += if is_met { -wanted.perp() * RIGHT } else { round };
         discs
     }
 
