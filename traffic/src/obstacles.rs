@@ -26,6 +26,8 @@ const PATIENCE_S: f32 = 3.0;
 const PASSING_M: f32 = 1.0;
 /// Step of the prediction along the route.
 const STEP_M: f32 = 1.0;
+/// Most that the middle of a vehicle moves in a step.
+const STRIDE_M: f32 = 1.5 * STEP_M;
 /// Least prediction distance, so that a waiting vehicle sees what is beyond the junction.
 const HORIZON_M: f32 = 45.0;
 /// Distance over which a vehicle returns to its line.
@@ -107,6 +109,36 @@ impl Footprint {
     }
 }
 
+/// An agent near the course of a vehicle.
+struct Near {
+    agent: usize,
+    footprint: Footprint,
+    /// Half its diagonal.
+    radius_m: f32,
+    /// The step of the course before which the vehicle is too far away.
+    from_step: u32,
+}
+
+impl Near {
+    fn new((agent, footprint): (usize, Footprint)) -> Near {
+        Near { agent, footprint, radius_m: footprint.half.length(), from_step: 0 }
+    }
+
+    /// Returns whether a footprint of a course in steps of [`STEP_M`] touches the agent.
+    fn is_touched(&mut self, place: &Footprint, step: u32) -> bool {
+        if step < self.from_step {
+            return false;
+        }
+        let reach_m = self.radius_m + place.half.length();
+        let apart_m = place.middle.distance(self.footprint.middle) - reach_m;
+        if apart_m > 0.0 {
+            self.from_step = step + 1 + (apart_m / STRIDE_M) as u32;
+            return false;
+        }
+        place.touches(&self.footprint)
+    }
+}
+
 /// Lists the agents that wide vehicles would touch if all others stood still, and the wide vehicles
 /// that others would touch, unless the vehicle ignores them. Sorted by row.
 pub(crate) fn find(
@@ -156,7 +188,7 @@ fn find_for(
     let now = Footprint::of(body, position.truncate(), forward);
     let reach_m = horizon_m + 15.0;
     let places = if wide { &agents.places } else { &agents.wide_places };
-    let mut near: Vec<(usize, Footprint)> = places
+    let near: Vec<(usize, Footprint)> = places
         .near(position.truncate(), reach_m)
         .into_iter()
         .map(|other| other as usize)
@@ -185,14 +217,16 @@ fn find_for(
     }
 
     let mut course = Course::new(vehicles, row, tracks, agents);
-    for _ in 1..=(horizon_m / STEP_M) as usize {
+    let mut near: Vec<Near> = near.into_iter().map(Near::new).collect();
+    for step in 1..=(horizon_m / STEP_M) as u32 {
         let bare = course.step(STEP_M);
         let place = bare.grown(margin_m);
         let (ahead_m, forward) = (course.ahead_m, course.forward);
-        near.retain(|(other, footprint)| {
-            if !place.touches(footprint) {
+        near.retain_mut(|near| {
+            if !near.is_touched(&place, step) {
                 return true;
             }
+            let Near { agent: other, footprint, .. } = &*near;
             // A vehicle that has the right of way passes one that waits for it with little room.
             if goes_first(vehicles, row, agents, *other, forward)
                 && !bare.grown(NARROW_M).touches(footprint)
@@ -322,7 +356,7 @@ pub(crate) fn touched(
     let (position, forward) = (agents.position[own], agents.forward[own]);
     let now = Footprint::of(&agents.body[own], position.truncate(), forward).grown(NARROW_M);
     let reach_m = distance_m + 20.0;
-    let mut near: Vec<(u32, Footprint)> = agents
+    let mut near: Vec<Near> = agents
         .places
         .near(position.truncate(), reach_m)
         .into_iter()
@@ -334,26 +368,27 @@ pub(crate) fn touched(
         })
         .map(|other| {
             let place = agents.position[other].truncate();
-            (other as u32, Footprint::of(&agents.body[other], place, agents.forward[other]))
+            (other, Footprint::of(&agents.body[other], place, agents.forward[other]))
         })
         .filter(|(_, place)| !now.touches(place))
+        .map(Near::new)
         .collect();
     let mut touched = Vec::new();
     let mut course = Course::new(vehicles, row, tracks, agents);
-    for _ in 0..(distance_m / STEP_M).ceil() as usize {
+    for step in 1..=(distance_m / STEP_M).ceil() as u32 {
         if near.is_empty() {
             break;
         }
         let place = course.step(STEP_M).grown(margin_m);
-        near.retain(|(other, footprint)| {
-            let touches = place.touches(footprint);
+        near.retain_mut(|near| {
+            let touches = near.is_touched(&place, step);
             if touches {
-                touched.push(*other);
+                touched.push(near.agent as u32);
             }
             !touches
         });
     }
-    (near.into_iter().map(|(other, _)| other).collect(), touched)
+    (near.into_iter().map(|near| near.agent as u32).collect(), touched)
 }
 
 /// Returns whether an oncoming wide vehicle is passing that this vehicle has waited for: it moves
