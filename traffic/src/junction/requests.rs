@@ -22,6 +22,11 @@ use crate::{
 /// Waiting time at the line after which rank does not count.
 const PATIENCE_S: f32 = 15.0;
 
+/// The rank of those that have waited that long.
+const RANK_MIN: i32 = -1;
+/// Time to the line above which requests are in no order, seconds.
+const SOON_MAX: f32 = 100.0;
+
 /// Deceleration up to which a vehicle without a reservation stops at yellow.
 const STOP_BRAKE_MPS2: f32 = 5.0;
 
@@ -209,7 +214,7 @@ impl Junctions {
     ) -> i32 {
         let map = view.map;
         if vehicle.wait_s > PATIENCE_S {
-            return -1;
+            return RANK_MIN;
         }
         let lanes = vehicle.route.lanes();
         let first = lanes[from] as usize;
@@ -241,46 +246,63 @@ impl Junctions {
             let request = &self.requests[index];
             let vehicle = &vehicles[request.row];
             let speed = request.speed_mps.max(0.5);
-            let soon = (request.line_m.max(0.0) / speed).min(100.0) as u32;
+            let soon = (request.line_m.max(0.0) / speed).min(SOON_MAX) as u32;
             let lane = vehicle.route.lanes()[request.from];
             Key {
                 zone: tracks.zone[lane as usize],
-                index: index as u32,
                 rank: request.rank,
                 time: (u32::MAX - vehicle.wait_s as u32, soon),
                 heading: tracks.first_tangent(lane),
             }
         });
         // Those of a zone lie side by side, so that only they are compared.
-        view.spread.sort(&mut keys, |key| u64::from(key.zone) << 32 | u64::from(key.index));
+        let by_zone = |(index, key): (usize, &Key)| u64::from(key.zone) << 32 | index as u64;
+        let mut zones: Vec<u64> = keys.iter().enumerate().map(by_zone).collect();
+        zones.sort_unstable();
         let mut order = Vec::with_capacity(keys.len());
-        for of_zone in keys.chunk_by(|a, b| a.zone == b.zone) {
-            for key in of_zone {
-                let is_right = |other: &&Key| {
+        for of_zone in zones.chunk_by(|a, b| a >> 32 == b >> 32) {
+            for &index in of_zone {
+                let index = index as u32;
+                let key = &keys[index as usize];
+                let is_right = |other: &&u64| {
+                    let other = &keys[**other as u32 as usize];
                     (other.rank, other.time) == (key.rank, key.time)
                         && key.heading.perp_dot(other.heading) > 0.5
                 };
                 let from_right = of_zone.iter().filter(is_right).count() as u32;
-                let request = &mut self.requests[key.index as usize];
+                let request = &mut self.requests[index as usize];
                 request.from_right = from_right;
-                // Requests are listed by row.
-                let line = ordered(request.line_m);
-                order.push((key.rank, key.time, from_right, line, key.index));
+                order.push(key.order(from_right, request.line_m, index));
             }
         }
-        view.spread.sort(&mut order, |of| *of);
-        self.requests = order.iter().map(|of| self.requests[of.4 as usize]).collect();
+        order.sort_unstable();
+        self.requests = order.iter().map(|of| self.requests[*of as u32 as usize]).collect();
     }
 }
 
 /// What decides the order of a request among those of its zone.
 struct Key {
     zone: u32,
-    /// Index of the request.
-    index: u32,
     rank: i32,
     /// The vehicle that has waited longer goes first, then the one that arrives sooner.
     time: (u32, u32),
     /// Driving direction at the begin of the way.
     heading: Vec2,
+}
+
+impl Key {
+    /// Returns a number that orders like rank, time, number of vehicles from the right, distance to the line
+    /// and index of the request; the index is in its lowest bits. Requests are listed by row.
+    fn order(&self, from_right: u32, line_m: f32, index: u32) -> u128 {
+        let rank = (self.rank - RANK_MIN) as u8;
+        let parts = [
+            (u32::from(rank), 8),
+            (self.time.0, 32),
+            (self.time.1, 8),
+            (from_right.min(u16::MAX.into()), 16),
+            (ordered(line_m), 32),
+            (index, 32),
+        ];
+        parts.iter().fold(0, |number, &(part, bits)| number << bits | u128::from(part))
+    }
 }
