@@ -41,8 +41,9 @@ const FAST_MPS: f32 = 15.0;
 const FASTEST_MPS: f32 = 100.0;
 /// Way within which a vehicle counts as standing: it does not leave twice this.
 const CREEP_M: f32 = 0.05;
-/// What is added to the region of a vehicle that drives, and of an agent that goes straight on.
+/// What is added to the region of a vehicle on its route, which is estimated.
 const LOOSE_M: f32 = 0.3;
+/// What is added to that of an agent that goes straight on.
 const ROUNDING_M: f32 = 0.01;
 /// Width of the strips of ground by which agents are sorted: most reach into one or two.
 const STRIP_M: f32 = 50.0;
@@ -375,6 +376,65 @@ mod tests {
         let mut emergencies = Emergencies::default();
         emergencies.find(vehicles, &map.tracks, &agents, &occupancy, Spread::Alone);
         (0..vehicles.len()).filter(|&row| emergencies.of_row(row).is_some()).collect()
+    }
+
+    /// Drives vehicles of one blueprint in a town, and returns the numbers of vehicles that stand, that keep their lane
+    /// and that turn or change lanes, and of the places of them outside their regions.
+    fn places_outside(blueprint: &str) -> ([usize; 3], usize) {
+        let mut world = World::new(maps::town(), 1, 60);
+        world.vehicle_blueprint = town::blueprint(blueprint).expect("a blueprint").0;
+        let (mut seen, mut outside) = ([0; 3], 0);
+        let mut agents = Agents::default();
+        for frame in 0..1200 {
+            world.snapshot();
+            let actors = world.actors.clone();
+            world.tick();
+            if frame % 10 != 0 {
+                continue;
+            }
+            let (map, vehicles) = (world.planner.map.clone(), &world.planner.state.vehicles);
+            agents.read(&actors, &map.bodies);
+            for agent in 0..agents.count() {
+                let region = within(vehicles, agent, &map.tracks, &agents);
+                let now = Footprint::of(
+                    &agents.body[agent],
+                    agents.position[agent].truncate(),
+                    agents.forward[agent],
+                );
+                let mut places = Vec::new();
+                push_places(vehicles, agent, &map.tracks, &agents, &mut places);
+                let wider_m = region.half.y - now.half.y;
+                seen[if wider_m < 0.15 {
+                    0
+                } else if wider_m < 2.0 {
+                    1
+                } else {
+                    2
+                }] += 1;
+                let holds = |place: &Place| {
+                    let at = place.middle - region.middle;
+                    let axes = [region.forward, region.forward.perp()];
+                    let reach = axes.map(|axis| {
+                        at.dot(axis).abs()
+                            + now.half.x * place.forward.dot(axis).abs()
+                            + now.half.y * place.forward.perp_dot(axis).abs()
+                    });
+                    reach[0] <= region.half.x && reach[1] <= region.half.y
+                };
+                outside += places.iter().filter(|place| !holds(place)).count();
+            }
+        }
+        (seen, outside)
+    }
+
+    #[test]
+    fn vehicles_that_brake_stay_within_their_regions() {
+        for blueprint in ["vehicle.tesla.model3", "vehicle.mitsubishi.fusorosa"] {
+            let (seen, outside) = places_outside(blueprint);
+            println!("{blueprint}: {seen:?}, {outside} outside");
+            assert!(seen[0] > 100 && seen[1] + seen[2] > 100, "{seen:?}");
+            assert_eq!(outside, 0, "{blueprint}");
+        }
     }
 
     #[test]

@@ -156,25 +156,24 @@ pub(crate) fn follow(
 ) -> Vec2 {
     let axle_m = body.axle_to_tracking_point_m();
     let target = (lead - *rear).normalize_or(*forward);
-    if turns_surely(*forward, target, body, by_m) {
+    let bounded = || {
+        let (turn, most) = (forward.angle_to(target), by_m * turn_max_per_m(body));
+        (turn.abs() > most).then_some(most.copysign(turn))
+    };
+    let is_small = is_small_turn(*forward, target, body, by_m);
+    let Some(turn) = (if is_small { None } else { bounded() }) else {
         *forward = target;
         *rear = lead - *forward * axle_m;
         return lead;
-    }
-    let turn = forward.angle_to(target);
-    let turn_max = by_m * turn_max_per_m(body);
-    if turn.abs() <= turn_max {
-        *forward = target;
-        *rear = lead - *forward * axle_m;
-        return lead;
-    }
-    *forward = Vec2::from_angle(turn_max.copysign(turn)).rotate(*forward);
+    };
+    *forward = Vec2::from_angle(turn).rotate(*forward);
     *rear += *forward * by_m;
     *rear + *forward * axle_m
 }
 
-/// Returns whether a turn is so small that it needs no exact angle: an angle is no larger than its tangent.
-fn turns_surely(forward: Vec2, target: Vec2, body: &Body, by_m: f32) -> bool {
+/// Returns whether a turn is so small that the vehicle can make it whatever the exact angle is: an angle is no
+/// larger than its tangent.
+fn is_small_turn(forward: Vec2, target: Vec2, body: &Body, by_m: f32) -> bool {
     let least_per_m = 0.9 * MAX_STEER_FACTOR * body.max_steer_rad / body.wheelbase_m;
     let (along, across) = (forward.dot(target), forward.perp_dot(target).abs());
     across + ANGLE_ERROR_RAD * along <= by_m * least_per_m * along
