@@ -34,9 +34,10 @@ const CORNER_SHARE: f32 = 0.3;
 const CORNERS_FROM_M: f32 = 0.5;
 /// Speed that others expect of one that stands on the road and is to leave it. Metres per second.
 const LEAVES_ROAD_MPS: f32 = 0.8;
-/// Distance within which a walker walks round one that stands ahead, and the least cosine of the angle. Metres.
-const STRAIGHT: f32 = 0.99;
+/// Distance within which a walker walks round one that stands straight ahead. Metres.
 const STANDS_AHEAD_M: f32 = 1.2;
+/// Least cosine of the angle to one that is straight ahead.
+const STRAIGHT: f32 = 0.99;
 /// How far a walker turns to the right for others that come towards it, and round one that stands ahead.
 const RIGHT: f32 = 0.18;
 /// Fastest that a walker becomes to avoid others, by the wanted speed, and when it stands. Metres per
