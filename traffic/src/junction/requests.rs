@@ -306,3 +306,28 @@ impl Key {
         parts.iter().fold(0, |number, &(part, bits)| number << bits | u128::from(part))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn requests_order_by_rank_then_time_then_right_then_distance_then_row() {
+        let number = |rank: i32, wait_s: u32, soon: u32, from_right: u32, line_m: f32, row: u32| {
+            let time = (u32::MAX - wait_s, soon);
+            Key { zone: 0, rank, time, heading: Vec2::X }.order(from_right, line_m, row)
+        };
+        let ascending = [
+            number(RANK_MIN, 20, 100, 9, 50.0, 9),
+            number(0, 5, 100, 9, 50.0, 9),
+            number(0, 0, 1, 9, 50.0, 9),
+            number(0, 0, 2, 0, 50.0, 9),
+            number(0, 0, 2, 1, -3.0, 9),
+            number(0, 0, 2, 1, 4.0, 1),
+            number(0, 0, 2, 1, 4.0, 2),
+            number(7, 0, 0, 0, -9.0, 0),
+        ];
+        assert!(ascending.is_sorted_by(|a, b| a < b), "{ascending:x?}");
+        assert_eq!(ascending[6] as u32, 2, "the row is in the lowest bits");
+    }
+}
