@@ -174,3 +174,97 @@ impl Junctions {
         self.constraints[request.row] = JunctionConstraint::FREE;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::{DVec3, Vec3};
+    use protocol::{ActorId, ActorState, Pose, flag, kind, light};
+    use road::LaneTypes;
+
+    use super::*;
+    use crate::{
+        agents::Agents,
+        map::Map,
+        occupancy::Occupancy,
+        spread::Spread,
+        tests::maps,
+        vehicle_table::{Route, Vehicle},
+    };
+
+    /// Calls `examine` with a vehicle that waits at a light which shows `phase`, row 0, and one that has
+    /// stood in the crossing behind it for 10 s, row 1.
+    fn before_crossing(phase: u32, examine: impl Fn(&Junctions, &VehicleTable, &View)) {
+        let network = maps::two_crossings(26.0);
+        let map = Map::new(&network, Box::new(Default::default));
+        let quarter = std::f32::consts::FRAC_PI_2;
+        let actor = |id: u32, x: f32, y: f32, yaw: f32, flags: u32| ActorState {
+            actor_id: ActorId(id),
+            kind: kind::VEHICLE,
+            blueprint: u32::MAX,
+            flags,
+            pose: Pose::level(Vec3::new(x, y, 0.0), yaw),
+            ..ActorState::default()
+        };
+        let actors = [
+            actor(1, 12.8, -1.75, 0.0, flag::AUTOPILOT),
+            actor(2, 27.75, -1.0, quarter, flag::AUTOPILOT),
+            actor(3, 27.75, 5.0, quarter, 0),
+        ];
+        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+        agents.read(&actors, &map.bodies);
+        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
+        let lane = |x: f64, y: f64| {
+            network.nearest(DVec3::new(x, y, 0.0), LaneTypes::DRIVABLE).expect("a road").lane.0
+        };
+        let mut vehicles = VehicleTable::default();
+        vehicles.retain(&[1, 2]);
+        let mut place = |row: usize, arc_m: f32, lanes: &[u32]| {
+            let vehicle: &mut Vehicle = &mut vehicles[row];
+            (vehicle.located, vehicle.arc_m) = (1, arc_m);
+            vehicle.route = Route::from_lane(lanes[0], 0);
+            lanes[1..].iter().for_each(|&lane| vehicle.route.push(lane));
+        };
+        place(0, 2.8, &[lane(13.0, -1.75), lane(26.0, -1.75), lane(40.0, -1.75)]);
+        place(1, 9.0, &[lane(27.75, 0.0), lane(27.75, 20.0)]);
+        vehicles[1].reservation_idle_s = 10.0;
+        (vehicles[1].reservation, vehicles[1].reservation_end) = (1, 1);
+        let view = View {
+            map: &map,
+            agents: &agents,
+            occupancy: &occupancy,
+            obstacles: &[],
+            lights: &[phase; 2],
+            seed: 0,
+            delta_s: 0.05,
+            spread: Spread::Alone,
+            ignore_lights: &[0.0; 2],
+            ignore_signs: &[0.0; 2],
+        };
+        let mut junctions = Junctions::default();
+        junctions.arbitrate(&mut vehicles, &mut 1, &view);
+        examine(&junctions, &vehicles, &view);
+    }
+
+    #[test]
+    fn a_vehicle_at_a_light_waits_for_one_that_stands_beyond_it() {
+        for (phase, reason) in
+            [(light::RED, WaitReason::Signal), (light::GREEN, WaitReason::Conflict)]
+        {
+            before_crossing(phase, |junctions, vehicles, view| {
+                assert_eq!(junctions.waits[0], reason);
+                assert_eq!(junctions.waits_of(vehicles, 0, view), [1, NONE, NONE]);
+            });
+        }
+    }
+
+    #[test]
+    fn one_of_a_cycle_may_move_up_to_another_that_stands_in_the_crossing() {
+        before_crossing(light::GREEN, |junctions, vehicles, view| {
+            let request = junctions.request(&vehicles[0], 0, view).expect("a request");
+            let is_clear = |those: Blocked| {
+                junctions.is_clear_except(&[1], those, vehicles, &request, view).is_ok()
+            };
+            assert!(is_clear(Blocked::All) && !is_clear(Blocked::Outside));
+        });
+    }
+}

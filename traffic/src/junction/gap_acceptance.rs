@@ -51,9 +51,17 @@ impl Junctions {
             return (WaitReason::None, NONE);
         }
         let wait = self.right_of_way(vehicles, request, view);
-        if wait != WaitReason::None {
-            return (wait, NONE);
-        }
+        if wait != WaitReason::None { (wait, NONE) } else { self.way_free(vehicles, request, view) }
+    }
+
+    /// Returns whether the way of a vehicle and its exit are free, or else why it waits and for which
+    /// agent (an index into the agents, or [`NONE`]), whatever lights, signs and the queue require.
+    pub(super) fn way_free(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        view: &View,
+    ) -> (WaitReason, u32) {
         if let Err(agent) = self.exit_room(vehicles, request, view) {
             return (WaitReason::ExitBlocked, agent);
         }
@@ -219,6 +227,7 @@ impl Junctions {
                             && o.front_m > area.own.0
                             && o.rear_m < area.own.1
                             && is_idle(vehicles, view, o.agent)
+                            && !(those == Blocked::All && is_blocked(o.agent))
                     })
                 });
                 if let Some(occupant) = obstacle {

@@ -3,7 +3,10 @@
 use std::collections::BTreeSet;
 
 use super::state::{Junctions, View};
-use crate::{leader, obstacles, spread::Spread, tracks::NONE, vehicle_table::VehicleTable};
+use crate::{
+    constraint::WaitReason, leader, obstacles, spread::Spread, tracks::NONE,
+    vehicle_table::VehicleTable,
+};
 
 /// Gap within which a vehicle waits for its leader, on its own lane or on another one of a merge.
 pub(super) const BEHIND_M: f32 = 5.0;
@@ -109,7 +112,10 @@ impl Junctions {
     /// Returns the agents that a standing row waits for: by the rules of a junction, as the leader
     /// on its lane, and as the leader on another lane of a merge; [`NONE`] where there is none.
     fn blockers_of(&self, vehicles: &VehicleTable, row: usize, view: &View) -> [u32; 3] {
-        let required = self.blocker(row);
+        let required = match self.waits[row] {
+            WaitReason::Signal => self.blocker_beyond(vehicles, row, view),
+            _ => self.blocker(row),
+        };
         let (tracks, agents) = (&view.map.tracks, view.agents);
         let mut leader =
             leader::leader(&vehicles[row], row, tracks, agents, view.occupancy, BEHIND_M);
@@ -125,6 +131,13 @@ impl Junctions {
             if follows { leader.agent } else { NONE },
             if merges { self.merges_behind[row] } else { NONE },
         ]
+    }
+
+    /// Returns the agent for which a row at a red light would wait if the light were green. Lights that
+    /// are never green together would otherwise hide a cycle: one of its rows always waits for a light.
+    fn blocker_beyond(&self, vehicles: &VehicleTable, row: usize, view: &View) -> u32 {
+        let request = self.request(&vehicles[row], row, view);
+        request.map_or(NONE, |request| self.way_free(vehicles, &request, view).1)
     }
 }
 
