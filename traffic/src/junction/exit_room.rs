@@ -4,11 +4,13 @@ use std::ops::Range;
 
 use protocol::light;
 
-use super::state::{Junctions, Request, STANDING_GAP_M, View, reserved_lanes};
-use crate::{tracks::NONE, vehicle_table::VehicleTable};
+use super::state::{Junctions, Request, STANDING_GAP_M, View, request_lanes, reserved_lanes};
+use crate::{occupancy::Occupant, tracks::NONE, vehicle_table::VehicleTable};
 
 /// Waiting time at a line after which others leave room at the exit.
 const STARVING_S: f32 = 45.0;
+/// Speed below which a vehicle between two junctions stands.
+const STANDING_MPS: f32 = 0.5;
 
 impl Junctions {
     /// Returns whether there is room to stand beyond the junction, or else the agent that takes it
@@ -25,6 +27,9 @@ impl Junctions {
             return Ok(());
         }
         let own = view.agents.driven[row];
+        if let Some(agent) = self.stands_between(vehicles, request, view) {
+            return Err(agent);
+        }
         let exit = lanes[request.to];
         let mut need = view.agents.body[own as usize].length_m() + STANDING_GAP_M;
         for &holder in self.leaving_to.of(exit) {
@@ -83,6 +88,24 @@ impl Junctions {
             }
         }
         if room >= need { Ok(()) } else { Err(blocker) }
+    }
+
+    /// Returns the agent that stands on the way between two junctions, where there is no room to stop
+    /// behind it: an index into the agents.
+    fn stands_between(
+        &self,
+        vehicles: &VehicleTable,
+        request: &Request,
+        view: &View,
+    ) -> Option<u32> {
+        let own = view.agents.driven[request.row];
+        let stands = |occupant: &&Occupant| {
+            occupant.speed_mps.abs() < STANDING_MPS && view.occupancy.reacts_to(own, occupant.agent)
+        };
+        request_lanes(vehicles[request.row].route.lanes(), request)
+            .filter(|&(_, &lane)| !view.map.tracks.in_zone(lane))
+            .find_map(|(_, &lane)| view.occupancy.on(lane).iter().find(stands))
+            .map(|occupant| occupant.agent)
     }
 
     /// Lists the holders of reservations by the lane beyond their junctions.

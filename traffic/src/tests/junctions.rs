@@ -64,6 +64,27 @@ fn a_bus_without_room_between_two_lights_passes_both() {
 }
 
 #[test]
+fn no_vehicle_enters_while_another_stands_before_the_next_crossing() {
+    let (_, body) = town::blueprint("vehicle.mitsubishi.fusorosa").expect("a blueprint");
+    let before_m = body.center_m.x + body.half_extents_m.x + 11.0;
+    let bus = Car { position: Vec3::new(-before_m, -1.75, 0.0), ..Car::default() }
+        .built_as("vehicle.mitsubishi.fusorosa");
+    let parked = Car { position: Vec3::new(13.0, -1.75, 0.0), parked: true, ..Car::default() };
+    let mut course = Course::with_cars(maps::two_lit_crossings(26.0), 3, vec![bus, parked]);
+    course.tick_with(&commands_to(ActorId(1), &[RouteStep::place(Vec3::new(80.0, -1.75, 0.0))]));
+    let end_m = |course: &Course| course.cars[0].position.x + before_m - 11.0;
+    while course.time_s() < 60.0 {
+        course.tick();
+        assert!(end_m(&course) < -9.0, "it is in the first crossing");
+    }
+    course.cars[1].position.y = -60.0;
+    while end_m(&course) < 40.0 {
+        course.tick();
+        assert!(course.time_s() < 200.0, "it is at {}", course.cars[0].position);
+    }
+}
+
+#[test]
 fn a_vehicle_with_its_front_over_the_line_waits_at_red() {
     let on_red = [0.2, 0.8, 1.3].map(|beyond_m| {
         let cars = vec![before_second_crossing(beyond_m, 0.0)];
