@@ -271,6 +271,19 @@ def a_simulator_ends_however_python_ends() -> None:
         print("ended", how)
 
 
+def the_first_tick_of_a_launched_world_has_all_its_road_users() -> None:
+    def first() -> bytes:
+        with launch(options=["--vehicles", "30", "--walkers", "20"]) as simulator:
+            simulator.client.tick()
+            actors = simulator.client.world.actors
+            counts = [int((actors["kind"] == kind).sum()) for kind in (1, 2)]
+            assert counts == [30, 20], counts
+            simulator.client.tick()
+            return simulator.client.world.actors.tobytes()
+
+    assert first() == first()
+
+
 def a_program_of_another_build_is_refused_by_name() -> None:
     folder = pathlib.Path.cwd()
     other = folder / "omnibus"
@@ -380,6 +393,7 @@ if __name__ == "__main__":
         asyncio_waits_beside_other_tasks,
         a_killed_simulator_is_an_error_and_nothing_hangs,
         a_simulator_ends_however_python_ends,
+        the_first_tick_of_a_launched_world_has_all_its_road_users,
         a_program_of_another_build_is_refused_by_name,
         a_projection_follows_the_lens,
         effects_change_the_color_image,

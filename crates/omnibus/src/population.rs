@@ -70,8 +70,9 @@ impl PopulationArgs {
         Ok(Some(departures))
     }
 
-    /// Puts everything into the world of a host that is about to run, by a client in a thread of its own.
-    /// `None` if there is nothing to put.
+    /// Puts everything into the world of a host that is about to run, by a client in a thread of its own,
+    /// and calls `announce` when it is there: ticks from then on find the same road users in every
+    /// run. `None` if there is nothing to put.
     pub(crate) fn start(
         &self,
         instance: &Instance,
@@ -79,6 +80,7 @@ impl PopulationArgs {
         seed: u64,
         weather: Option<Weather>,
         departures: Option<Departures>,
+        announce: impl FnOnce() + Send + 'static,
     ) -> anyhow::Result<Option<JoinHandle<()>>> {
         let spread = self.driver_spread;
         ensure!((0.0..=3.0).contains(&spread), "--driver-spread is {spread}; use 0 to 3");
@@ -87,11 +89,23 @@ impl PopulationArgs {
         check_hybrid_radius("--hybrid-radius", self.hybrid_radius)?;
         let has_users = self.vehicles > 0 || self.walkers > 0 || departures.is_some();
         if weather.is_none() && !has_users && self.hybrid_radius.is_none() {
+            announce();
             return Ok(None);
         }
         let (args, instance) = (self.clone(), instance.clone());
         let populate = move || {
-            if let Err(why) = args.populate(&instance, in_process, seed, weather, departures) {
+            let mut in_barrier = false;
+            let populated = connect(&instance, in_process).and_then(|mut client| {
+                hold_ticks(&mut client, &mut in_barrier)?;
+                args.populate(&mut client, seed, weather)?;
+                Ok(client)
+            });
+            announce();
+            let departed = populated.and_then(|mut client| match departures {
+                Some(departures) => let_depart(departures, &mut client, in_barrier),
+                None => Ok(()),
+            });
+            if let Err(why) = departed {
                 log::error!("the road users of --vehicles, --walkers and --routes: {why:#}");
             }
         };
@@ -101,18 +115,10 @@ impl PopulationArgs {
 
     fn populate(
         &self,
-        instance: &Instance,
-        in_process: bool,
+        client: &mut Client,
         seed: u64,
         weather: Option<Weather>,
-        departures: Option<Departures>,
     ) -> anyhow::Result<()> {
-        const NAME: &str = "population";
-        let mut client = if in_process {
-            Client::connect_in_process(instance, NAME)?
-        } else {
-            Client::connect(Some(instance.id()), NAME)?
-        };
         if let Some(weather) = weather {
             client.request("weather", &[Command::SetWeather(weather)])?;
         }
@@ -127,7 +133,7 @@ impl PopulationArgs {
             let factor = TrafficParam::CrossFactor(self.cross_factor);
             client.set_traffic_param(ActorId::NONE, factor)?;
         }
-        let users = RoadUsers::anywhere(&mut client, seed, traffic)?;
+        let users = RoadUsers::anywhere(client, seed, traffic)?;
         let [vehicles, walkers] = users.counts();
         if self.vehicles + self.walkers > 0 {
             print_line!("{vehicles} vehicles and {walkers} pedestrians are in the world");
@@ -139,17 +145,42 @@ impl PopulationArgs {
                 self.walkers
             );
         }
-        match departures {
-            Some(departures) => let_depart(departures, &mut client),
-            None => Ok(()),
-        }
+        Ok(())
     }
 }
 
+fn connect(instance: &Instance, in_process: bool) -> anyhow::Result<Client> {
+    const NAME: &str = "population";
+    let client = if in_process {
+        Client::connect_in_process(instance, NAME)
+    } else {
+        Client::connect(Some(instance.id()), NAME)
+    };
+    Ok(client?)
+}
+
+/// Joins the barrier in synchronous mode, so that every tick waits for this client and the frames of what
+/// it does not depend on the speed of this process; leaves it in asynchronous mode.
+fn hold_ticks(client: &mut Client, in_barrier: &mut bool) -> Result<(), ClientError> {
+    let is_synchronous = matches!(client.settings().pace, Pace::Synchronous);
+    if is_synchronous != *in_barrier {
+        if is_synchronous {
+            client.join_barrier()?;
+        } else {
+            client.leave_barrier()?;
+        }
+        *in_barrier = is_synchronous;
+    }
+    Ok(())
+}
+
 /// Lets vehicles depart in the world of a client until the host ends, or all have arrived.
-fn let_depart(mut departures: Departures, client: &mut Client) -> anyhow::Result<()> {
+fn let_depart(
+    mut departures: Departures,
+    client: &mut Client,
+    mut in_barrier: bool,
+) -> anyhow::Result<()> {
     let episode = client.world().episode();
-    let mut in_barrier = false;
     let all = departures.waiting();
     loop {
         let ended = |why: &ClientError| matches!(why, ClientError::HostEnded { .. });
@@ -173,22 +204,13 @@ fn let_depart(mut departures: Departures, client: &mut Client) -> anyhow::Result
     Ok(())
 }
 
-/// Does what is to be done in a frame, and waits for the next. In synchronous mode, ticks wait for that,
-/// so that the frames of the departures do not depend on the speed of this process.
+/// Does what is to be done in a frame, and waits for the next.
 fn frame(
     departures: &mut Departures,
     client: &mut Client,
     in_barrier: &mut bool,
 ) -> Result<(), ClientError> {
-    let is_synchronous = matches!(client.settings().pace, Pace::Synchronous);
-    if is_synchronous != *in_barrier {
-        if is_synchronous {
-            client.join_barrier()?;
-        } else {
-            client.leave_barrier()?;
-        }
-        *in_barrier = is_synchronous;
-    }
+    hold_ticks(client, in_barrier)?;
     departures.advance(client)?;
     if *in_barrier {
         client.arrive();

@@ -86,12 +86,13 @@ pub(crate) fn run(args: &RunArgs) -> anyhow::Result<()> {
         }
         host => host?,
     };
-    print_line!("simulator {:?} runs", host.instance().id());
     let in_process = args.world.single_process;
     let gateway = GatewaySupervisor::start(&args.carla, ports, host.instance(), in_process)?;
     let seed = args.world.seed();
+    let id = host.instance().id().to_owned();
+    let announce = move || print_line!("simulator {id:?} runs");
     let population =
-        args.population.start(host.instance(), in_process, seed, weather, departures)?;
+        args.population.start(host.instance(), in_process, seed, weather, departures, announce)?;
     let ended = host.run();
     // Its client ends with the host.
     population.map(JoinHandle::join);
