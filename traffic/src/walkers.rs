@@ -282,11 +282,23 @@ fn aside(
     let allows = |next: &walkable::Cell| {
         crossing.is_some() || next.crossing.is_none() || next.crossing == here
     };
-    [out, back].into_iter().flatten().find_map(|velocity| {
+    let step = |velocity: Vec2, allows: &dyn Fn(&walkable::Cell) -> bool| {
         let direction = velocity.normalize_or_zero();
         let (last, there) = surface.step(cell, at, at + direction * ROOM_M, allows);
         let has_room = (there - at).dot(direction) > 0.5 * ROOM_M;
-        has_room.then(|| (velocity, surface.cell(last).crossing))
+        has_room.then(|| (surface.cell(last).crossing, there))
+    };
+    [out, back].into_iter().flatten().find_map(|velocity| {
+        // At a corner, another crossing may end behind a walker that waits.
+        let over_end = || {
+            let ends = |(over, there): &(Option<u32>, Vec2)| {
+                let crossings = &crossings.view.ground.crossings;
+                over.is_some_and(|over| crossings[over as usize].is_end(*there))
+            };
+            step(velocity, &|_| true).filter(ends)
+        };
+        let (over, _) = step(velocity, &allows).or_else(over_end)?;
+        Some((velocity, over))
     })
 }
 

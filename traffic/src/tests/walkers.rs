@@ -64,28 +64,39 @@ fn town(seed: u64, cars: usize, feet: usize) -> Course {
 
 /// Returns a path of 60 m along x and 3 m wide beside a road.
 fn path() -> Course {
-    let corner = |x: f64, y: f64| DVec3::new(x, 20.0 + y, 0.0);
-    let cell = |corners: [u32; 3], neighbours: [Option<u32>; 3]| Cell {
-        corners,
-        neighbours,
-        area: Area::Sidewalk,
-        crossing: None,
-    };
-    let ground = Ground {
-        cells: Cells {
-            positions: vec![
-                corner(0.0, 0.0),
-                corner(60.0, 0.0),
-                corner(60.0, 3.0),
-                corner(0.0, 3.0),
-            ],
-            triangles: vec![
-                cell([0, 1, 2], [None, None, Some(1)]),
-                cell([0, 2, 3], [Some(0), None, None]),
-            ],
-        },
-        crossings: Vec::new(),
-    };
+    on_ground(rectangles(&[([0.0, 20.0], [60.0, 23.0])], Area::Sidewalk))
+}
+
+/// Returns rectangles of one kind beside each other along x, from their low to their high corners.
+fn rectangles(of: &[([f64; 2], [f64; 2])], area: Area) -> Ground {
+    let mut ground =
+        Ground { cells: Cells { positions: vec![], triangles: vec![] }, crossings: vec![] };
+    for (nth, &([low_x, low_y], [high_x, high_y])) in (0u32..).zip(of) {
+        let corners = [(low_x, low_y), (high_x, low_y), (high_x, high_y), (low_x, high_y)];
+        let outline: Vec<_> = corners.map(|(x, y)| DVec3::new(x, y, 0.0)).to_vec();
+        ground.cells.positions.extend(&outline);
+        let crossing = (area != Area::Sidewalk).then_some(nth);
+        let [before, after] =
+            [nth.checked_sub(1).map(|n| 2 * n), (nth + 1 < of.len() as u32).then_some(2 * nth + 3)];
+        let cell = |corners: [u32; 3], neighbours: [Option<u32>; 3]| Cell {
+            corners: corners.map(|corner| 4 * nth + corner),
+            neighbours,
+            area,
+            crossing,
+        };
+        ground.cells.triangles.extend([
+            cell([0, 1, 2], [None, after, Some(2 * nth + 1)]),
+            cell([0, 2, 3], [Some(2 * nth), None, before]),
+        ]);
+        if crossing.is_some() {
+            ground.crossings.push(walkable::Crossing { area, outline });
+        }
+    }
+    ground
+}
+
+/// Returns a straight road along x with this ground.
+fn on_ground(ground: Ground) -> Course {
     let network = maps::straight(200.0);
     let mut course = Course::with_cars(network.clone(), 1, Vec::new());
     let map = Map::new(&network, Box::new(move || ground.clone()));
@@ -473,6 +484,21 @@ fn a_walker_with_no_ground_to_step_aside_goes_on() {
 fn a_walker_off_the_ground_returns_to_it_before_it_steps_aside() {
     let walked = walked_beside_a_path(vec2(20.0, 25.0), vec2(0.0, 1.0));
     assert!(walked.y < -1.5, "{walked}");
+}
+
+#[test]
+fn a_walker_that_waits_at_a_corner_steps_aside_over_the_end_of_another_crossing() {
+    let crossings = [([20.0, -6.0], [22.0, 6.0]), ([22.0, -6.0], [24.0, 6.0])];
+    let mut course = on_ground(rectangles(&crossings, Area::Crosswalk));
+    let id = course.add_foot(vec2(21.85, -5.8));
+    let mut stand = Stand::of(course, vec![(0, vec2(1.0, 0.0))]);
+    stand.table.retain([id.0].into_iter());
+    stand.table.set_own_way(0, vec![vec2(21.85, 5.5)]);
+    // It stands on the crossing, so that the walker waits.
+    let car = standing_vehicle("vehicle.tesla.model3", id.0 + 1, vec2(21.0, -1.75), 0.0);
+    stand.walk(Some(car), 2.0);
+    let at = stand.course.feet[0].position;
+    assert!(at.x > 22.4 && at.y < -5.0, "it is at {at}");
 }
 
 #[test]
