@@ -20,6 +20,8 @@ use crate::{
 const DELAY_FRAMES: f32 = 1.0;
 /// Distance of the end of the route from which on a vehicle brakes for it.
 const END_M: f32 = 100.0;
+/// Cosine of the angle between the headings of vehicles that come towards each other, at most.
+const ONCOMING: f32 = -0.5;
 /// Delay of the steering system.
 const DELAY_STEERING_S: f32 = 0.05;
 
@@ -116,7 +118,9 @@ pub(crate) fn control(
 
     // A vehicle whose driver is about to start is not stuck.
     accel = reaction::start(vehicle, speed, accel, &leader, gap_m, driver, delta_s);
-    let back_rad = -wheels.clamp(-0.6, 0.6);
+    let is_for_oncoming = comes_towards(agents, leader.agent as usize, agent);
+    let steered = (wheels, &deviation);
+    let back_rad = steer::back_rad(vehicle, tracks, &agents.body[agent], steered, is_for_oncoming);
     let maneuver = if desired <= car_following::STANDSTILL_MPS {
         recover::end(vehicle);
         recover::Maneuver::Forward
@@ -156,6 +160,12 @@ pub(crate) fn control(
     );
     vehicle.accel_integral = accel_integral;
     pedals_and_steering(pressed, pedals::steer_input(wheels, max_steer_rad, speed), 0)
+}
+
+/// Returns whether another vehicle of this planner heads towards an agent.
+fn comes_towards(agents: &Agents, other: usize, agent: usize) -> bool {
+    let is_driven = agents.row.get(other).is_some_and(|&row| row != NONE);
+    is_driven && agents.forward[other].dot(agents.forward[agent]) < ONCOMING
 }
 
 /// Returns the leader of a leader: that of the row if this planner drives it.

@@ -51,6 +51,10 @@ const RIDE_M: f32 = 0.6;
 /// Its largest distance from the centre of its lane.
 const RIDE_MAX_M: f32 = 1.2;
 
+/// Largest angle of the front wheels in reverse.
+const BACK_MAX_RAD: f32 = 0.6;
+/// Distance over which a vehicle returns to its lane in reverse. Metres.
+const BACK_RETURN_M: f32 = 5.0;
 /// Lateral offset after each reversal.
 const EVASION_M: f32 = 0.5;
 /// Number of reversals after which the vehicle evades to the other side.
@@ -107,6 +111,31 @@ fn evasion_left(vehicle: &Vehicle) -> f32 {
     let (away, count) = (vehicle.evasion_side, vehicle.reverse_count);
     let side = if count > EVASION_COUNT { -away } else { away };
     side * EVASION_M * (count.min(2) as f32)
+}
+
+/// Returns the angle of the front wheels in reverse of a vehicle that would steer by `wheels` forwards for
+/// this deviation. It follows the bend of its lane back. For one that comes towards it, it stays on its
+/// lane; else it turns the body as it would forwards, which gains angle to pass what is in its way. In
+/// a junction it gains angle for its turn: it does not go back to the lane that it came from.
+pub(crate) fn back_rad(
+    vehicle: &Vehicle,
+    tracks: &Tracks,
+    body: &Body,
+    (wheels, deviation): (f32, &Deviation),
+    is_for_oncoming: bool,
+) -> f32 {
+    let lane = vehicle.route.lane();
+    let in_zone = tracks.in_zone(lane);
+    let bend_per_m = if in_zone { 0.0 } else { tracks.curvature_at(lane, vehicle.arc_m) };
+    let bend_rad = (body.wheelbase_m * bend_per_m).atan();
+    let back_rad = if is_for_oncoming && !in_zone {
+        let left_m = deviation.left_m + evasion_left(vehicle);
+        let aim_rad = (left_m / BACK_RETURN_M).clamp(-AIM_RAD, AIM_RAD);
+        bend_rad + HEADING_GAIN * (deviation.heading_rad - aim_rad)
+    } else {
+        2.0 * bend_rad - wheels
+    };
+    back_rad.clamp(-BACK_MAX_RAD, BACK_MAX_RAD)
 }
 
 /// Returns the angle of the front wheels, positive to the left, and the deviation that it corrects.
@@ -196,4 +225,52 @@ pub(crate) fn steer(
     let turn = forward.angle_to(direction).clamp(-TURN_MAX_RAD, TURN_MAX_RAD);
     let exact_angle = (wheelbase / axle_m * turn.tan()).atan();
     (damped + (exact_angle - damped) * exact, deviation)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{body::CAR, tests::maps, vehicle_table::Route};
+
+    /// Returns how far a car is from its lane after 10 m in reverse, which begins this far from it and steers
+    /// forwards by this more than the bend requires.
+    fn left_after_reverse_m(left_m: f32, more_rad: f32, is_for_oncoming: bool) -> f32 {
+        let tracks = Tracks::new(&maps::loop_road(35.0, 0.0));
+        let lane = (0..tracks.count() as u32).find(|&lane| tracks.has(lane)).expect("a track");
+        let mut vehicle =
+            Vehicle { route: Route::from_lane(lane, 0), arc_m: 50.0, ..Vehicle::new(1) };
+        let (at, mut forward, bend_per_m) = tracks.at(lane, vehicle.arc_m);
+        assert!(bend_per_m > 0.02, "it turns left");
+        let wheels = (CAR.wheelbase_m * bend_per_m).atan() + more_rad;
+        let (mut rear, step_m) = (at.truncate() + forward.perp() * left_m, 0.1);
+        for _ in 0..100 {
+            let place = tracks.project(lane, rear, vehicle.arc_m);
+            vehicle.arc_m = place.arc_m;
+            let heading_rad = place.tangent.angle_to(forward);
+            let deviation = Deviation { left_m: place.left_m, heading_rad };
+            let steered = (wheels, &deviation);
+            let back_rad = back_rad(&vehicle, &tracks, &CAR, steered, is_for_oncoming);
+            rear -= forward * step_m;
+            let turn_rad = -step_m * back_rad.tan() / CAR.wheelbase_m;
+            forward = Vec2::from_angle(turn_rad).rotate(forward);
+        }
+        tracks.project(lane, rear, vehicle.arc_m).left_m
+    }
+
+    #[test]
+    fn a_vehicle_follows_its_bend_in_reverse() {
+        let left_m = left_after_reverse_m(0.0, 0.0, false);
+        assert!(left_m.abs() < 0.1, "{left_m} m to the left");
+        // One that has to turn left turns left in reverse too: its rear goes to the right.
+        let [left, right] = [0.2, -0.2].map(|more| left_after_reverse_m(0.0, more, false));
+        assert!(left < -1.0 && right > 1.0, "{left} {right} m");
+    }
+
+    #[test]
+    fn a_vehicle_that_goes_back_for_an_oncoming_one_returns_to_its_lane() {
+        for left_m in [-0.8, 0.0, 0.8] {
+            let after_m = left_after_reverse_m(left_m, -0.3, true);
+            assert!(after_m.abs() < 0.3, "{after_m} m from its lane");
+        }
+    }
 }
