@@ -4,7 +4,7 @@
 //! A vehicle that is in the overlap goes first; else one that could not stop before it, if the other
 //! one can; else one that stands and waits for oncoming vehicles, so that no queue passes as a whole while
 //! it waits; else the one with the lower actor id. Of two that are in each other's way already, one that
-//! waits at a line yields: it cannot go yet. The other one stops before the whole way of the
+//! waits at a line, or in the queue there, yields: it cannot go yet. The other one stops before the whole way of the
 //! first, so that it stands in no place that the first still has to sweep over. All is decided for
 //! both at once, so that they never disagree.
 
@@ -45,6 +45,8 @@ const WAY_BY_CHORD: f32 = 1.3;
 const BEYOND_M: f32 = 12.0;
 /// Deceleration with which a vehicle stops before the overlap.
 const BRAKE_MPS2: f32 = 3.0;
+/// Longest queue that is followed to its line.
+const QUEUE_LEN_MAX: usize = 8;
 /// A vehicle slower than this stands.
 const MOVING_MPS: f32 = 0.2;
 
@@ -161,7 +163,7 @@ fn yielding(
     let yields = match first.map(|step| step == 0) {
         [true, false] => 1,
         [false, true] => 0,
-        [true, true] => in_overlap(vehicles, rows),
+        [true, true] => in_overlap(vehicles, rows, agents),
         [false, false] => {
             let wait = rows.map(|row| waits_for_oncoming(vehicles, row, map));
             before_overlap(vehicles, rows, speeds_mps, enters_m, wait)?
@@ -172,7 +174,7 @@ fn yielding(
     let own = agents.driven[rows[yields]] as usize;
     let towards = (agents.position[other] - agents.position[own]).truncate();
     // It waits in its lane, which is no reason to drive back, unless the other one cannot pass.
-    let is_in_way = first[yields] == 0 && !waits_at_line(&vehicles[rows[yields]]);
+    let is_in_way = first[yields] == 0 && !waits_at_line(vehicles, rows[yields], agents);
     let aligned = if is_in_way { -1.0 } else { 1.0 };
     Some(Obstacle {
         row: rows[yields],
@@ -220,18 +222,31 @@ fn waits_for_oncoming(vehicles: &VehicleTable, row: usize, map: &Map) -> bool {
 }
 
 /// Returns which of two rows yields that are in each other's way already: one that waits at a line, until it
-/// is granted a reservation; else the one with the higher actor id.
-fn in_overlap(vehicles: &VehicleTable, rows: [usize; 2]) -> usize {
-    match rows.map(|row| waits_at_line(&vehicles[row])) {
+/// is granted a reservation, or in the queue there; else the one with the higher actor id.
+fn in_overlap(vehicles: &VehicleTable, rows: [usize; 2], agents: &Agents) -> usize {
+    match rows.map(|row| waits_at_line(vehicles, row, agents)) {
         [true, false] => 0,
         [false, true] => 1,
         _ => later_id(vehicles, rows),
     }
 }
 
-/// Returns whether a vehicle waits for a reservation.
-fn waits_at_line(vehicle: &Vehicle) -> bool {
-    vehicle.reservation == 0 && vehicle.wait_s > 0.0
+/// Returns whether a vehicle waits for a reservation, or stands in a queue behind one that does.
+fn waits_at_line(vehicles: &VehicleTable, row: usize, agents: &Agents) -> bool {
+    let mut at = row;
+    for _ in 0..QUEUE_LEN_MAX {
+        let vehicle = &vehicles[at];
+        if vehicle.reservation == 0 && vehicle.wait_s > 0.0 {
+            return true;
+        }
+        let stands = agents.velocity[agents.driven[at] as usize].length() < MOVING_MPS;
+        let forward = |row: usize| agents.forward[agents.driven[row] as usize];
+        match vehicles.binary_search_by_key(&vehicle.seen_leader, |vehicle| vehicle.id) {
+            Ok(leader) if stands && forward(at).dot(forward(leader)) > 0.0 => at = leader,
+            _ => return false,
+        }
+    }
+    false
 }
 
 /// Returns which of two rows has the higher actor id.
@@ -289,21 +304,28 @@ mod tests {
 
     /// Returns which of two buses yields that stand and face each other: one before a bend, with its
     /// middle this far from it, and one in the bend, at this angle from where it begins. One of them may
-    /// wait at a line.
+    /// wait at a line, or a third one far away.
     fn yields(before_m: f32, angle: f32, at_line: Option<usize>) -> Vec<usize> {
+        yields_behind(before_m, angle, at_line, 0)
+    }
+
+    /// As [`yields`]; the leader of the first is the vehicle of this id.
+    fn yields_behind(before_m: f32, angle: f32, at_line: Option<usize>, leader: u32) -> Vec<usize> {
         let bus = |position: Vec3, yaw: f32| {
             Car { position, yaw, ..Car::default() }.built_as("vehicle.mitsubishi.fusorosa")
         };
         // The bend has a radius of 20 m about (60, 20).
         let on_bend = Vec3::new(60.0 + 18.25 * angle.sin(), 20.0 - 18.25 * angle.cos(), 0.0);
         let before = Vec3::new(60.0 - before_m, -1.75, 0.0);
-        let cars = vec![bus(before, 0.0), bus(on_bend, angle + PI)];
+        let far = bus(Vec3::new(5.0, -1.75, 0.0), 0.0);
+        let cars = vec![bus(before, 0.0), bus(on_bend, angle + PI), far];
         let mut course = Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, cars);
         let actors = course.actors.clone();
         course.tick();
         if let Some(row) = at_line {
             course.planner.state.vehicles[row].wait_s = 1.0;
         }
+        course.planner.state.vehicles[0].seen_leader = leader;
         let map = course.planner.map.clone();
         let vehicles = &course.planner.state.vehicles;
         let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
@@ -374,5 +396,7 @@ mod tests {
         assert_eq!(yields(5.0, 0.4, None), [1], "the later id yields");
         assert_eq!(yields(5.0, 0.4, Some(0)), [0], "the first cannot go");
         assert_eq!(yields(5.0, 0.4, Some(1)), [1]);
+        assert_eq!(yields_behind(5.0, 0.4, Some(2), 3), [0], "the first stands in a queue there");
+        assert_eq!(yields_behind(5.0, 0.4, None, 3), [1], "its leader waits at no line");
     }
 }
