@@ -1,7 +1,8 @@
 """Strips of bird's-eye images: a busy junction and a crosswalk, eight images two seconds apart.
 
-The junction is that with the most vehicles after WARMUP_SECS of traffic, the crosswalk the place with the
-most walkers on the road. Writes OUT/junction.jpg and OUT/crosswalk.jpg. Needs the packages omnibus
+The junction is that with the most vehicles after WARMUP_SECS of traffic (on a map without traffic lights, the
+place with the most vehicles), the crosswalk the place with the most walkers
+on the road. Writes OUT/junction.jpg and OUT/crosswalk.jpg. Needs the packages omnibus
 (./run wheel) and pillow.
 
     python bench/birds_eye.py OUT [MAP]
@@ -20,12 +21,12 @@ from PIL import Image
 WARMUP_SECS, IMAGES, EVERY_SECS, DELTA_SECS = 90.0, 8, 2.0, 0.05
 SIDE_PX, FOV_RAD = 400, math.radians(40.0)
 VEHICLE, WALKER, LIGHT = 1, 2, 3
-OPTIONS = ["--vehicles", "300", "--walkers", "200", "--quality", "standard"]
+OPTIONS = ["--vehicles", "450", "--walkers", "500", "--quality", "standard"]
 
 
-def busiest(places: np.ndarray, actors: np.ndarray, within_m: float) -> np.ndarray:
+def busiest(places, actors: np.ndarray, within_m: float) -> np.ndarray:
     """Returns the place with the most actors within a distance."""
-    offsets = places[:, None, :2] - actors[None, :, :2]
+    offsets = np.array(places)[:, None, :2] - actors[None, :, :2]
     return places[(np.linalg.norm(offsets, axis=2) < within_m).sum(axis=1).argmax()]
 
 
@@ -33,12 +34,12 @@ def of_kind(world: omnibus.World, kind: int) -> np.ndarray:
     return world.actors[world.actors["kind"] == kind]
 
 
-def junctions(client: omnibus.Client) -> np.ndarray:
+def junctions(client: omnibus.Client) -> list[np.ndarray]:
     """Returns the centres of the groups of traffic lights."""
     lights = of_kind(client.world, LIGHT)
     groups = {tuple(client.traffic.light_group(int(light))) for light in lights["actor_id"]}
     of = lambda group: lights["position_m"][np.isin(lights["actor_id"], group)].mean(axis=0)
-    return np.array([of(group) for group in groups])
+    return [of(group) for group in groups]
 
 
 def on_road(client: omnibus.Client) -> np.ndarray:
@@ -76,7 +77,8 @@ def main(out: str, map_name: str = "Millbrook") -> None:
         for _ in client.ticks(round(WARMUP_SECS / DELTA_SECS)):
             pass
         vehicles = of_kind(client.world, VEHICLE)["position_m"]
-        strip(client, busiest(junctions(client), vehicles, 25.0), 50.0, os.path.join(out, "junction.jpg"))
+        junction = busiest(junctions(client) or vehicles, vehicles, 25.0)
+        strip(client, junction, 50.0, os.path.join(out, "junction.jpg"))
         while len(crossing) < 2:
             for _ in client.ticks(10):
                 pass
