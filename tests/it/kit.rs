@@ -163,7 +163,10 @@ impl Sim {
             }
         });
         let mut said = String::new();
-        BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut said).unwrap();
+        let mut output = BufReader::new(child.stdout.as_mut().unwrap());
+        output.read_line(&mut said).unwrap();
+        // What came with the first line belongs to the rest.
+        log.lock().unwrap().push_str(&String::from_utf8_lossy(output.buffer()));
         if !said.contains(name) {
             let _ = child.wait();
             let _ = reader.join();

@@ -71,8 +71,8 @@ impl PopulationArgs {
     }
 
     /// Puts everything into the world of a host that is about to run, by a client in a thread of its own,
-    /// and calls `announce` when it is there: ticks from then on find the same road users in every
-    /// run. `None` if there is nothing to put.
+    /// and calls `announce` when it is there: a client that begins to tick then finds the same road users
+    /// in every run. `None` if there is nothing to put.
     pub(crate) fn start(
         &self,
         instance: &Instance,
@@ -94,16 +94,17 @@ impl PopulationArgs {
         }
         let (args, instance) = (self.clone(), instance.clone());
         let populate = move || {
-            let mut in_barrier = false;
             let populated = connect(&instance, in_process).and_then(|mut client| {
-                hold_ticks(&mut client, &mut in_barrier)?;
-                args.populate(&mut client, seed, weather)?;
-                Ok(client)
+                let counts = args.populate(&mut client, seed, weather)?;
+                Ok((client, counts))
             });
             announce();
-            let departed = populated.and_then(|mut client| match departures {
-                Some(departures) => let_depart(departures, &mut client, in_barrier),
-                None => Ok(()),
+            let departed = populated.and_then(|(mut client, counts)| {
+                args.report(counts);
+                match departures {
+                    Some(departures) => let_depart(departures, &mut client),
+                    None => Ok(()),
+                }
             });
             if let Err(why) = departed {
                 log::error!("the road users of --vehicles, --walkers and --routes: {why:#}");
@@ -113,12 +114,13 @@ impl PopulationArgs {
         Ok(Some(thread.spawn(populate).context("population")?))
     }
 
+    /// Returns how many vehicles and pedestrians there are then.
     fn populate(
         &self,
         client: &mut Client,
         seed: u64,
         weather: Option<Weather>,
-    ) -> anyhow::Result<()> {
+    ) -> anyhow::Result<[usize; 2]> {
         if let Some(weather) = weather {
             client.request("weather", &[Command::SetWeather(weather)])?;
         }
@@ -133,8 +135,10 @@ impl PopulationArgs {
             let factor = TrafficParam::CrossFactor(self.cross_factor);
             client.set_traffic_param(ActorId::NONE, factor)?;
         }
-        let users = RoadUsers::anywhere(client, seed, traffic)?;
-        let [vehicles, walkers] = users.counts();
+        Ok(RoadUsers::anywhere(client, seed, traffic)?.counts())
+    }
+
+    fn report(&self, [vehicles, walkers]: [usize; 2]) {
         if self.vehicles + self.walkers > 0 {
             print_line!("{vehicles} vehicles and {walkers} pedestrians are in the world");
         }
@@ -145,7 +149,6 @@ impl PopulationArgs {
                 self.walkers
             );
         }
-        Ok(())
     }
 }
 
@@ -159,28 +162,10 @@ fn connect(instance: &Instance, in_process: bool) -> anyhow::Result<Client> {
     Ok(client?)
 }
 
-/// Joins the barrier in synchronous mode, so that every tick waits for this client and the frames of what
-/// it does not depend on the speed of this process; leaves it in asynchronous mode.
-fn hold_ticks(client: &mut Client, in_barrier: &mut bool) -> Result<(), ClientError> {
-    let is_synchronous = matches!(client.settings().pace, Pace::Synchronous);
-    if is_synchronous != *in_barrier {
-        if is_synchronous {
-            client.join_barrier()?;
-        } else {
-            client.leave_barrier()?;
-        }
-        *in_barrier = is_synchronous;
-    }
-    Ok(())
-}
-
 /// Lets vehicles depart in the world of a client until the host ends, or all have arrived.
-fn let_depart(
-    mut departures: Departures,
-    client: &mut Client,
-    mut in_barrier: bool,
-) -> anyhow::Result<()> {
+fn let_depart(mut departures: Departures, client: &mut Client) -> anyhow::Result<()> {
     let episode = client.world().episode();
+    let mut in_barrier = false;
     let all = departures.waiting();
     loop {
         let ended = |why: &ClientError| matches!(why, ClientError::HostEnded { .. });
@@ -204,13 +189,22 @@ fn let_depart(
     Ok(())
 }
 
-/// Does what is to be done in a frame, and waits for the next.
+/// Does what is to be done in a frame, and waits for the next. In synchronous mode, ticks wait for that,
+/// so that the frames of the departures do not depend on the speed of this process.
 fn frame(
     departures: &mut Departures,
     client: &mut Client,
     in_barrier: &mut bool,
 ) -> Result<(), ClientError> {
-    hold_ticks(client, in_barrier)?;
+    let is_synchronous = matches!(client.settings().pace, Pace::Synchronous);
+    if is_synchronous != *in_barrier {
+        if is_synchronous {
+            client.join_barrier()?;
+        } else {
+            client.leave_barrier()?;
+        }
+        *in_barrier = is_synchronous;
+    }
     departures.advance(client)?;
     if *in_barrier {
         client.arrive();
