@@ -1,9 +1,8 @@
 """Strips of bird's-eye images: a busy junction and a crosswalk, eight images two seconds apart.
 
 The junction is that with the most vehicles after WARMUP_SECS of traffic (on a map without traffic lights, the
-place with the most vehicles), the crosswalk the place with the most walkers
-on the road. Writes OUT/junction.jpg and OUT/crosswalk.jpg. Needs the packages omnibus
-(./run wheel) and pillow.
+place with the most vehicles), the crosswalk the place with the most walkers on the road. Writes
+OUT/junction.jpg and OUT/crosswalk.jpg. Needs the packages omnibus (./run wheel) and pillow.
 
     python bench/birds_eye.py OUT [MAP]
 """
@@ -24,7 +23,7 @@ VEHICLE, WALKER, LIGHT = 1, 2, 3
 OPTIONS = ["--vehicles", "450", "--walkers", "500", "--quality", "standard"]
 
 
-def busiest(places, actors: np.ndarray, within_m: float) -> np.ndarray:
+def busiest(places: list[np.ndarray] | np.ndarray, actors: np.ndarray, within_m: float) -> np.ndarray:
     """Returns the place with the most actors within a distance."""
     offsets = np.array(places)[:, None, :2] - actors[None, :, :2]
     return places[(np.linalg.norm(offsets, axis=2) < within_m).sum(axis=1).argmax()]
