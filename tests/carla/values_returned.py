@@ -2,7 +2,7 @@
 
 import carla
 
-from effects_kit import DELTA, arrived, near
+from effects_kit import DELTA, TIMEOUT, arrived, near
 from ledger import LISTED, check, differs, ignored, works
 from values_records import short
 
@@ -61,7 +61,7 @@ def settings_are_returned(c):
     settings.no_rendering_mode = False
     c.world.apply_settings(settings)
     last = c.ticks(2)
-    while images.get(timeout=20.0).frame < last:
+    while images.get(timeout=TIMEOUT).frame < last:
         pass
     assert blind == 0, f"{blind} images without rendering"
     works("WorldSettings.no_rendering_mode", "cameras sent no images until it was off again")
