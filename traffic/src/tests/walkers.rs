@@ -619,6 +619,31 @@ fn opposed_streams_pass_each_other_without_contact() {
 }
 
 #[test]
+fn walkers_turn_round_before_a_crowd_that_does_not_move() {
+    let mut course = on_ground(rectangles(&[([0.0, 20.0], [120.0, 23.0])], Area::Sidewalk));
+    for nth in 0..12 {
+        course.add_foot(vec2(30.0 + 2.0 * nth as f32, 20.5 + (nth % 3) as f32));
+    }
+    for nth in 0..7 {
+        course.add_foot(vec2(60.0, 20.06 + 0.48 * nth as f32));
+        course.feet[12 + nth].stands = true;
+    }
+    course.snapshot();
+    let (mut stayed_s, mut longest_s, mut came) = ([0.0; 12], 0.0_f32, 0);
+    while course.time_s() < 240.0 {
+        course.tick();
+        for (foot, stayed_s) in course.feet.iter().zip(&mut stayed_s) {
+            let is_there = (foot.position.x - 60.0).abs() < 3.0;
+            came += u32::from(is_there && *stayed_s == 0.0);
+            *stayed_s = if is_there { *stayed_s + 0.05 } else { 0.0 };
+            longest_s = longest_s.max(*stayed_s);
+        }
+    }
+    println!("{longest_s} s, {came} times");
+    assert!(came > 20 && longest_s < 60.0, "{longest_s} s, {came} times");
+}
+
+#[test]
 fn walkers_that_go_together_stay_together() {
     let mut course = town(7, 10, 40);
     // Walkers 0 to 29 in threes.

@@ -49,6 +49,11 @@ pub(super) fn choose(
             continue;
         }
         let companion = groups.leader(row).filter(|_| client_place.is_none());
+        let is_stuck = table.is_stuck(row);
+        let is_own = client_place.is_none() && companion.is_none() && table.goal(row) == goal::OWN;
+        if is_stuck && !is_own {
+            table.set_way(row, goal::NONE, Vec::new());
+        }
         let is_due = match (client_place, companion) {
             (Some(_), _) => table.goal(row) != goal::CLIENT,
             (None, Some(leader)) => {
@@ -59,7 +64,7 @@ pub(super) fn choose(
                     last.zip(to).is_none_or(|(end, now)| end.distance(now) > 2.0)
                 }
             }
-            (None, None) => table.way(row).is_empty() || table.goal(row) > goal::OWN,
+            (None, None) => table.way(row).is_empty() || table.goal(row) > goal::OWN || is_stuck,
         };
         if companion.is_some() && !groups.is_lost(row) && !table.way(row).is_empty() {
             table.set_way(row, goal::NONE, Vec::new());
@@ -80,7 +85,14 @@ pub(super) fn choose(
             let connects = view.ground.connects(cell, to.0, walk.crosses);
             connects.then(|| search.route(&view.ground.surface, (cell, at), to, walk)).flatten()
         });
+        // In a crowd that does not move, others stand ahead that come towards it.
+        let ahead = table.way(row).first().filter(|_| table.turns_round(row)).map(|&to| to - at);
+        let leads_ahead = |way: &Vec<Vec2>| {
+            ahead.zip(way.first()).is_some_and(|(ahead, &to)| (to - at).dot(ahead) > 0.0)
+        };
         match way {
+            // It tries again in the next frame.
+            Some(way) if leads_ahead(&way) => (),
             Some(way) => table.set_way(row, kind, way),
             // No way leads to this place of the client.
             None if kind == goal::CLIENT => routes.pass_place(id),

@@ -7,6 +7,10 @@ use super::pace;
 
 /// Time without progress after which a walker looks for another way. Seconds.
 const STUCK_S: f32 = 10.0;
+/// Time for which it looks for one that leads back. Seconds.
+const BACK_S: f32 = 1.0;
+/// Time that a walker has to come forward to make up for a second without progress. Seconds.
+const MADE_UP_S: f32 = 0.5;
 /// Most points of a way in a saved state.
 const POINTS_MAX: u32 = 100_000;
 
@@ -119,7 +123,17 @@ impl WalkerTable {
         self.rows[row].points = self.ways[row].len() as u32;
     }
 
-    /// Measures how long a walker has not come forward; after a long time it drops its way.
+    /// Whether a walker has not come forward for so long that it looks for another way.
+    pub(super) fn is_stuck(&self, row: usize) -> bool {
+        self.rows[row].stuck_s > STUCK_S
+    }
+
+    /// Whether that way has to lead back; if none is found soon, it need not.
+    pub(super) fn turns_round(&self, row: usize) -> bool {
+        self.is_stuck(row) && self.rows[row].stuck_s < STUCK_S + BACK_S
+    }
+
+    /// Measures how long a walker has not come forward.
     pub(super) fn watch(
         &mut self,
         row: usize,
@@ -129,10 +143,12 @@ impl WalkerTable {
         delta_s: f32,
     ) {
         let state = &mut self.rows[row];
-        let stands = !is_held && wanted != Vec2::ZERO && chosen.length() < pace::SLOW_MPS;
-        state.stuck_s = if stands { state.stuck_s + delta_s } else { 0.0 };
-        if state.stuck_s > STUCK_S {
-            self.set_way(row, goal::NONE, Vec::new());
+        if is_held || wanted == Vec2::ZERO {
+            state.stuck_s = 0.0;
+        } else if chosen.dot(wanted.normalize()) < pace::SLOW_MPS {
+            state.stuck_s += delta_s;
+        } else {
+            state.stuck_s = (state.stuck_s - delta_s / MADE_UP_S).max(0.0);
         }
     }
 
