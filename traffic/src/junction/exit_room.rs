@@ -90,22 +90,31 @@ impl Junctions {
         if room >= need { Ok(()) } else { Err(blocker) }
     }
 
-    /// Returns the agent that stands on the way between two junctions, where there is no room to stop
-    /// behind it: an index into the agents.
+    /// Returns the agent on the way before the last of its junctions that stands between two of them, where
+    /// there is no room to stop behind it, or that has no reservation beyond: an index into the agents.
     fn stands_between(
         &self,
         vehicles: &VehicleTable,
         request: &Request,
         view: &View,
     ) -> Option<u32> {
-        let own = view.agents.driven[request.row];
-        let stands = |occupant: &&Occupant| {
-            occupant.speed_mps.abs() < STANDING_MPS && view.occupancy.reacts_to(own, occupant.agent)
+        let (tracks, own) = (&view.map.tracks, view.agents.driven[request.row]);
+        let way = || request_lanes(vehicles[request.row].route.lanes(), request);
+        let (between, &last) = way().filter(|&(_, &lane)| !tracks.in_zone(lane)).last()?;
+        let blocks = |occupant: &Occupant, lane: u32| {
+            let row = view.agents.row[occupant.agent as usize];
+            let is_to_wait = || {
+                let vehicle = &vehicles[row as usize];
+                let at = vehicle.route.lanes().iter().position(|&on| on == last);
+                at.is_some_and(|at| reserved_lanes(vehicle) <= at + 1)
+            };
+            let stands = !tracks.in_zone(lane) && occupant.speed_mps.abs() < STANDING_MPS;
+            (stands || row != NONE && is_to_wait()) && view.occupancy.reacts_to(own, occupant.agent)
         };
-        request_lanes(vehicles[request.row].route.lanes(), request)
-            .filter(|&(_, &lane)| !view.map.tracks.in_zone(lane))
-            .find_map(|(_, &lane)| view.occupancy.on(lane).iter().find(stands))
-            .map(|occupant| occupant.agent)
+        way().take_while(|(k, _)| *k <= between).find_map(|(_, &lane)| {
+            let found = view.occupancy.on(lane).iter().find(|occupant| blocks(occupant, lane));
+            found.map(|occupant| occupant.agent)
+        })
     }
 
     /// Lists the holders of reservations by the lane beyond their junctions.
@@ -181,9 +190,11 @@ impl Junctions {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
     use glam::Vec3;
     use protocol::{ActorId, ActorState, Pose, flag, kind};
-    use road::LaneTypes;
+    use road::{LaneTypes, Network};
 
     use super::*;
     use crate::{
@@ -191,67 +202,114 @@ mod tests {
         vehicle_table::Route,
     };
 
-    /// Returns whether the first of two vehicles that have waited this long for the same exit may
-    /// take the room there, which suffices for one of them.
-    fn has_room(wait_s: [f32; 2]) -> bool {
-        let network = maps::crossing();
-        let map = Map::new(&network, Box::new(Default::default));
-        let actor = |id: u32, x: f32, flags: u32| ActorState {
-            actor_id: ActorId(id),
-            kind: kind::VEHICLE,
-            blueprint: u32::MAX,
-            flags,
-            pose: Pose::level(Vec3::new(x, -1.75, 0.0), 0.0),
-            ..ActorState::default()
-        };
-        // The junction ends at x = 10.
-        let own = [actor(1, -20.0, flag::AUTOPILOT), actor(2, -30.0, flag::AUTOPILOT)];
-        let actors = [own[0], own[1], actor(3, 22.35, 0)];
-        let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
-        agents.read(&actors, &map.bodies);
-        occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
-        let lane = |x: f64| {
-            let place = glam::DVec3::new(x, -1.75, 0.0);
-            network.nearest(place, LaneTypes::DRIVABLE).expect("a road").lane.0
-        };
-        let mut vehicles = VehicleTable::default();
-        vehicles.retain(&[1, 2]);
-        for row in 0..2 {
-            vehicles[row].wait_s = wait_s[row];
-            vehicles[row].located = 1;
-            vehicles[row].arc_m = 140.0 - 10.0 * row as f32;
-            vehicles[row].route = Route::from_lane(lane(-20.0), 0);
-            vehicles[row].route.push(lane(0.0));
-            vehicles[row].route.push(lane(20.0));
+    /// Vehicles with a speed on the road along x.
+    struct Scene {
+        map: Map,
+        agents: Agents,
+        occupancy: Occupancy,
+        vehicles: VehicleTable,
+    }
+
+    impl Scene {
+        /// Places vehicles on autopilot with these positions, speeds and distances from the start of the first
+        /// lane of their routes, which lead over these places, and one without autopilot.
+        fn new(network: Arc<Network>, led: &[([f32; 3], &[f64])], parked_x: f32) -> Scene {
+            let map = Map::new(&network, Box::new(Default::default));
+            let actor = |id: usize, x: f32, speed: f32, flags: u32| ActorState {
+                actor_id: ActorId(id as u32),
+                kind: kind::VEHICLE,
+                blueprint: u32::MAX,
+                flags,
+                pose: Pose::level(Vec3::new(x, -1.75, 0.0), 0.0),
+                velocity_mps: [speed, 0.0, 0.0],
+                ..ActorState::default()
+            };
+            let placed = led.iter().enumerate();
+            let mut actors: Vec<ActorState> = placed
+                .map(|(row, &([x, speed, _], _))| actor(row + 1, x, speed, flag::AUTOPILOT))
+                .collect();
+            actors.push(actor(led.len() + 1, parked_x, 0.0, 0));
+            let (mut agents, mut occupancy) = (Agents::default(), Occupancy::default());
+            agents.read(&actors, &map.bodies);
+            occupancy.rebuild(&map.tracks, &map.grid, &agents, &[], Spread::Alone);
+            let lane = |x: f64| {
+                let place = glam::DVec3::new(x, -1.75, 0.0);
+                network.nearest(place, LaneTypes::DRIVABLE).expect("a road").lane.0
+            };
+            let mut vehicles = VehicleTable::default();
+            vehicles.retain(&(1..=led.len() as u32).collect::<Vec<_>>());
+            for (row, &([.., arc_m], places)) in led.iter().enumerate() {
+                vehicles[row].located = 1;
+                vehicles[row].arc_m = arc_m;
+                vehicles[row].route = Route::from_lane(lane(places[0]), 0);
+                places[1..].iter().for_each(|&x| vehicles[row].route.push(lane(x)));
+            }
+            Scene { map, agents, occupancy, vehicles }
         }
-        let view = View {
-            map: &map,
-            agents: &agents,
-            occupancy: &occupancy,
-            obstacles: &[],
-            lights: &[],
-            seed: 0,
-            delta_s: 0.05,
-            spread: Spread::Alone,
-            ignore_lights: &[0.0; 2],
-            ignore_signs: &[0.0; 2],
-        };
-        let mut junctions = Junctions::default();
-        junctions.measure(&vehicles, &view);
-        let request = |row: usize| Request {
+
+        fn view(&self) -> View<'_> {
+            View {
+                map: &self.map,
+                agents: &self.agents,
+                occupancy: &self.occupancy,
+                obstacles: &[],
+                lights: &[light::GREEN; 8],
+                seed: 0,
+                delta_s: 0.05,
+                spread: Spread::Alone,
+                ignore_lights: &[0.0; 2],
+                ignore_signs: &[0.0; 2],
+            }
+        }
+    }
+
+    /// Returns the request of a vehicle 8 m before a junction for all but the last of these lanes.
+    fn request(row: usize, lanes: usize) -> Request {
+        Request {
             row,
             from: 1,
-            to: 2,
+            to: lanes - 1,
             line_m: 8.0,
             entry_m: 8.0,
             speed_mps: 0.0,
             rank: 0,
             from_right: 0,
             red: false,
-        };
-        junctions.requests = vec![request(0), request(1)];
-        junctions.list_starving(&vehicles, &view);
-        junctions.exit_room(&vehicles, &request(0), &view).is_ok()
+        }
+    }
+
+    /// Returns whether the first of two vehicles that have waited this long for the same exit may
+    /// take the room there, which suffices for one of them.
+    fn has_room(wait_s: [f32; 2]) -> bool {
+        // The junction ends at x = 10.
+        let places: &[f64] = &[-20.0, 0.0, 20.0];
+        let led = [([-20.0, 0.0, 140.0], places), ([-30.0, 0.0, 130.0], places)];
+        let mut scene = Scene::new(maps::crossing(), &led, 22.35);
+        (0..2).for_each(|row| scene.vehicles[row].wait_s = wait_s[row]);
+        let mut junctions = Junctions::default();
+        junctions.measure(&scene.vehicles, &scene.view());
+        junctions.requests = vec![request(0, 3), request(1, 3)];
+        junctions.list_starving(&scene.vehicles, &scene.view());
+        junctions.exit_room(&scene.vehicles, &request(0, 3), &scene.view()).is_ok()
+    }
+
+    /// Returns whether a vehicle may pass two junctions without room to stand between them, while another one
+    /// drives in the first whose reservation covers so many lanes.
+    fn passes_both_behind(reserved_lanes: u32) -> bool {
+        let places: &[f64] = &[-20.0, 0.0, 13.0, 26.0, 50.0];
+        let led = [([-20.0, 0.0, 140.0], places), ([4.0, 2.0, 14.0], &places[1..])];
+        let mut scene = Scene::new(maps::two_lit_crossings(26.0), &led, 150.0);
+        scene.vehicles[1].reservation = 1;
+        scene.vehicles[1].reservation_end = reserved_lanes;
+        let mut junctions = Junctions::default();
+        junctions.measure(&scene.vehicles, &scene.view());
+        junctions.exit_room(&scene.vehicles, &request(0, 5), &scene.view()).is_ok()
+    }
+
+    #[test]
+    fn no_vehicle_enters_behind_one_that_is_to_wait_before_the_next_junction() {
+        assert!(passes_both_behind(3), "it passes both");
+        assert!(!passes_both_behind(1), "it passes the first");
     }
 
     #[test]

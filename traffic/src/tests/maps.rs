@@ -60,7 +60,7 @@ pub(super) fn two_crossings_with_line(second_x_m: f64, before_m: f64) -> Arc<Net
 }
 
 /// Returns those crossings with lights on the western and southern arms of the first one too.
-pub(super) fn two_lit_crossings(second_x_m: f64) -> Arc<Network> {
+pub(crate) fn two_lit_crossings(second_x_m: f64) -> Arc<Network> {
     crossings_with_lights(second_x_m, 0.5, true)
 }
 
