@@ -303,6 +303,25 @@ fn a_walker_that_has_to_wait_at_the_end_of_a_crossing_steps_off_the_road() {
 }
 
 #[test]
+fn a_walker_that_a_crowd_holds_up_on_a_crossing_does_not_turn_round() {
+    let (mut course, crossing, place) = closed_crossing();
+    let id = course.add_foot(place(1.5, 0.0));
+    for nth in 0..14 {
+        course.add_foot(place(-0.3 - 0.5 * (nth / 7) as f32, 0.45 * (nth % 7 - 3) as f32));
+        course.feet.last_mut().expect("one was added").stands = true;
+    }
+    course.snapshot();
+    course.tick();
+    course.planner.state.walkers.set_own_way(0, vec![place(-6.0, 0.0)]);
+    let mut farthest_m = 0.0_f32;
+    while course.time_s() < 40.0 {
+        course.tick();
+        farthest_m = farthest_m.max(inside_m(&course, crossing, 0));
+    }
+    assert!(farthest_m < 2.0, "{id:?} went back until {farthest_m} m from the kerb");
+}
+
+#[test]
 fn walkers_that_wait_before_a_crossing_let_pass_one_that_leaves_the_road() {
     let (mut course, crossing, place) = closed_crossing();
     let mut journal = vec![(course.add_foot(place(0.3, 0.0)), place(-4.0, 0.0))];

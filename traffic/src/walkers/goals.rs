@@ -49,7 +49,9 @@ pub(super) fn choose(
             continue;
         }
         let companion = groups.leader(row).filter(|_| client_place.is_none());
-        let is_stuck = table.is_stuck(row);
+        // On a crossing it goes on as soon as it can: back on the kerb it would wait again.
+        let is_crossing = view.ground.surface.cell(cell).crossing.is_some();
+        let is_stuck = table.is_stuck(row) && !is_crossing;
         let is_own = client_place.is_none() && companion.is_none() && table.goal(row) == goal::OWN;
         if is_stuck && !is_own {
             table.set_way(row, goal::NONE, Vec::new());
