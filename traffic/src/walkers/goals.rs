@@ -49,9 +49,10 @@ pub(super) fn choose(
             continue;
         }
         let companion = groups.leader(row).filter(|_| client_place.is_none());
-        // On a crossing it goes on as soon as it can: back on the kerb it would wait again.
-        let is_crossing = view.ground.surface.cell(cell).crossing.is_some();
-        let is_stuck = table.is_stuck(row) && !is_crossing;
+        let crossing = view.ground.surface.cell(cell).crossing;
+        // At the end of a crossing it steps off the road as soon as it can.
+        let ends = |on: u32| view.ground.crossings[on as usize].is_end(at);
+        let is_stuck = table.is_stuck(row) && !crossing.is_some_and(ends);
         let is_own = client_place.is_none() && companion.is_none() && table.goal(row) == goal::OWN;
         if is_stuck && !is_own {
             table.set_way(row, goal::NONE, Vec::new());
@@ -88,7 +89,11 @@ pub(super) fn choose(
             connects.then(|| search.route(&view.ground.surface, (cell, at), to, walk)).flatten()
         });
         // In a crowd that does not move, others stand ahead that come towards it.
-        let ahead = table.way(row).first().filter(|_| table.turns_round(row)).map(|&to| to - at);
+        let ahead = table
+            .way(row)
+            .first()
+            .filter(|_| crossing.is_none() && table.turns_round(row))
+            .map(|&to| to - at);
         let leads_ahead = |way: &Vec<Vec2>| {
             ahead.zip(way.first()).is_some_and(|(ahead, &to)| (to - at).dot(ahead) > 0.0)
         };
