@@ -294,7 +294,7 @@ mod tests {
     }
 
     /// Returns whether a vehicle may pass two junctions without room to stand between them, while another one
-    /// drives in the first whose reservation covers so many lanes.
+    /// drives in the first and has a reservation for so many lanes.
     fn passes_both_behind(reserved_lanes: u32) -> bool {
         let places: &[f64] = &[-20.0, 0.0, 13.0, 26.0, 50.0];
         let led = [([-20.0, 0.0, 140.0], places), ([4.0, 2.0, 14.0], &places[1..])];

@@ -163,8 +163,8 @@ def launch(
     ``map`` is a name (``omnibus maps`` lists them) or an OpenDRIVE file. With ``sensors`` or ``ego`` a
     vehicle of that blueprint is spawned at a spawn point and carries the sensors; traffic drives it
     while ``autopilot`` holds. ``options`` are further options of ``omnibus run``; the road users
-    of ``--vehicles`` and ``--walkers`` are in the world on return. CARLA's clients are served on ``carla_port`` and the two ports
-    after it, if that is given.
+    of ``--vehicles`` and ``--walkers`` are in the world on return. CARLA's clients are served on
+    ``carla_port`` and the two ports after it, if that is given.
     """
     path = Path(program) if program is not None else find_program()
     _check_build(path)
