@@ -25,7 +25,7 @@ const OVERLAP_S: f32 = 0.6;
 /// What a walker keeps from others beside its own radius. Metres.
 const SPACE_M: f32 = 0.1;
 const BODY_SPACE_M: f32 = 0.3;
-/// Cosine of the angle to the middle of a disc below which a walker walks along its edge.
+/// Cosine of the angle to a body below which a walker that keeps its space walks along it.
 const INWARDS: f32 = 0.3;
 /// Radius of the discs in the corners of a body, by half its width: a walker that keeps its space from
 /// them clears the corners.
@@ -67,6 +67,16 @@ struct Disc {
     /// The part of the change that the walker takes.
     share: f32,
     horizon_s: f32,
+}
+
+/// The place of a vehicle or a prop in the axes of its body.
+struct Place {
+    /// The walker.
+    from: Vec2,
+    low: Vec2,
+    high: Vec2,
+    /// What the middle of the walker keeps from the rectangle.
+    radius_m: f32,
 }
 
 impl Crowd<'_> {
@@ -153,9 +163,20 @@ impl Crowd<'_> {
         }
         let agents = self.view.agents;
         let agent = agents.led[row] as usize;
+        let at = agents.position[agent].truncate();
         let radius_m = agents.body[agent].half_width_m + SPACE_M;
-        let discs = self.bodies_near(agents.position[agent].truncate(), radius_m);
-        let times_s = discs.iter().map(|disc| disc.reached_s(velocity));
+        let near = self.bodies.near(at, NEAR_M + agents.reach_max_m);
+        let times_s = near.into_iter().map(|other| {
+            let (body, forward) = (&agents.body[other as usize], agents.forward[other as usize]);
+            let into_axes = Vec2::new(forward.x, -forward.y);
+            let place = Place {
+                from: into_axes.rotate(at - agents.position[other as usize].truncate()),
+                low: Vec2::new(-body.rear_m, -body.half_width_m),
+                high: Vec2::new(body.front_m, body.half_width_m),
+                radius_m,
+            };
+            place.reached_s(into_axes.rotate(velocity))
+        });
         velocity * (times_s.fold(STOP_S, f32::min) / STOP_S)
     }
 
@@ -204,24 +225,58 @@ fn body_discs(body: &Body) -> impl Iterator<Item = (Vec2, f32)> {
     row.chain(corners.filter(move |_| has_corners).map(move |(x, y)| (Vec2::new(x, y), corner_m)))
 }
 
-impl Disc {
-    /// Returns the time after which a walker with this velocity comes to the place of the disc; infinity if
-    /// it does not, and 0 if it is there and walks on to its middle.
+impl Place {
+    /// Returns the time after which a walker with this velocity comes to the place; infinity if it does not, and 0 if
+    /// it is there and walks on into it.
     fn reached_s(&self, velocity: Vec2) -> f32 {
-        let (along, far) = (velocity.dot(self.at), self.at.length_squared());
-        let outside = far - self.radius_m * self.radius_m;
-        let root = along * along - velocity.length_squared() * outside;
+        let nearest = self.from.clamp(self.low, self.high);
+        let mut inwards = nearest - self.from;
+        if inwards.length_squared() <= self.radius_m * self.radius_m {
+            // It may walk along the edge, the straighter the nearer the body is.
+            let gap_m = inwards.length() - (self.radius_m - SPACE_M);
+            let most = INWARDS * (gap_m / SPACE_M).clamp(0.0, 1.0);
+            if inwards == Vec2::ZERO {
+                // Inside it may walk away from the middle.
+                inwards = 0.5 * (self.low + self.high) - self.from;
+            }
+            let is_inwards = velocity.dot(inwards) > most * velocity.length() * inwards.length();
+            return if is_inwards { 0.0 } else { f32::INFINITY };
+        }
+        let (x, y) = (Vec2::new(self.radius_m, 0.0), Vec2::new(0.0, self.radius_m));
+        let sides = [x, y].map(|wider| self.sides_reached_s(wider, velocity));
+        let corners = [
+            self.low,
+            self.high,
+            Vec2::new(self.low.x, self.high.y),
+            Vec2::new(self.high.x, self.low.y),
+        ];
+        let corners = corners.map(|corner| self.corner_reached_s(corner, velocity));
+        sides.into_iter().chain(corners).fold(f32::INFINITY, f32::min)
+    }
+
+    /// Returns when a walker outside comes into the rectangle, which is wider by `wider` on both sides.
+    fn sides_reached_s(&self, wider: Vec2, velocity: Vec2) -> f32 {
+        let to_low = (self.low - wider - self.from) / velocity;
+        let to_high = (self.high + wider - self.from) / velocity;
+        let (first, last) = (to_low.min(to_high), to_low.max(to_high));
+        let (enters, leaves) = (first.max_element(), last.min_element());
+        if enters >= 0.0 && enters < leaves { enters } else { f32::INFINITY }
+    }
+
+    /// Returns when a walker outside comes within the radius of a corner.
+    fn corner_reached_s(&self, corner: Vec2, velocity: Vec2) -> f32 {
+        let way = corner - self.from;
+        let (along, speed) = (velocity.dot(way), velocity.length_squared());
+        let outside = way.length_squared() - self.radius_m * self.radius_m;
+        let root = along * along - speed * outside;
         if along <= 0.0 || root <= 0.0 {
             return f32::INFINITY;
         }
-        if outside <= 0.0 {
-            // It may walk along the edge.
-            let is_inwards = along > INWARDS * velocity.length() * far.sqrt();
-            return if is_inwards { 0.0 } else { f32::INFINITY };
-        }
         outside / (along + root.sqrt())
     }
+}
 
+impl Disc {
     /// Returns the velocities that keep a walker with this velocity off the disc (section 4 of the
     /// paper).
     fn plane(&self, velocity: Vec2) -> HalfPlane {
@@ -265,21 +320,32 @@ mod tests {
 
     #[test]
     fn a_place_is_reached_after_the_time_of_the_way_to_its_edge() {
-        let disc = |x: f32, y: f32| Disc {
-            at: Vec2::new(x, y),
-            velocity: Vec2::ZERO,
-            radius_m: 0.5,
-            share: 1.0,
-            horizon_s: 1.0,
+        let reached_s = |x: f32, y: f32, velocity: Vec2| {
+            let from = Vec2::new(x, y);
+            let (low, high) = (Vec2::new(-2.0, -0.8), Vec2::new(2.5, 0.8));
+            Place { from, low, high, radius_m: 0.5 }.reached_s(velocity)
         };
-        let ahead = Vec2::new(1.2, 0.0);
-        assert!((disc(1.1, 0.0).reached_s(ahead) - 0.5).abs() < 1e-5);
-        // Its edge lies at 1 - 0.4 m.
-        assert!((disc(1.0, 0.3).reached_s(ahead) - 0.5).abs() < 1e-5);
-        assert_eq!(disc(1.0, 0.6).reached_s(ahead), f32::INFINITY, "it passes");
-        assert_eq!(disc(-1.0, 0.0).reached_s(ahead), f32::INFINITY, "it walks away");
-        assert_eq!(disc(0.4, 0.2).reached_s(ahead), 0.0);
-        assert_eq!(disc(0.05, 0.45).reached_s(ahead), f32::INFINITY, "it walks along the edge");
+        let (ahead, left) = (Vec2::new(1.2, 0.0), Vec2::new(0.0, 1.0));
+        assert!((reached_s(-3.1, 0.5, ahead) - 0.5).abs() < 1e-5);
+        assert!((reached_s(1.0, -1.8, left) - 0.5).abs() < 1e-5);
+        // Beside a corner, 0.3 m off its side, the edge lies 0.4 m before it.
+        assert!((reached_s(-3.0, 1.1, ahead) - 0.5).abs() < 1e-5);
+        // A walker comes to each corner on the diagonal, 0.5 m before it.
+        for (x, y) in [(-2.0, -0.8), (-2.0, 0.8), (2.5, -0.8), (2.5, 0.8)] {
+            let outwards = Vec2::new(x, y).signum() * std::f32::consts::FRAC_1_SQRT_2;
+            let from = Vec2::new(x, y) + 1.1 * outwards;
+            assert!((reached_s(from.x, from.y, -1.2 * outwards) - 0.5).abs() < 1e-5);
+        }
+        assert_eq!(reached_s(-3.1, 1.4, ahead), f32::INFINITY, "it passes");
+        assert_eq!(reached_s(3.1, 0.0, ahead), f32::INFINITY, "it walks away");
+        assert_eq!(reached_s(-2.4, 0.2, ahead), 0.0);
+        assert_eq!(reached_s(0.0, -1.2, ahead), f32::INFINITY, "it walks along the edge");
+        // The walker is 0.4 m wide to each side: 0.1 m are left, then none.
+        let slanting = Vec2::new(1.2, 0.3);
+        assert_eq!(reached_s(0.0, -1.299, slanting), f32::INFINITY, "it has its space");
+        assert_eq!(reached_s(0.0, -1.201, slanting), 0.0, "it would touch");
+        assert_eq!(reached_s(-1.0, 0.0, slanting), 0.0, "it is inside");
+        assert_eq!(reached_s(-1.0, 0.0, -ahead), f32::INFINITY, "it walks out");
     }
 
     #[test]
