@@ -202,12 +202,14 @@ pub(crate) fn plan(
         let holds = |(crossing, leave)| (leave == Leave::Wait).then_some(crossing);
         let grants = |(crossing, leave)| (leave == Leave::Go).then_some(crossing);
         let is_held = gate.is_some_and(|gate| holds(gate).is_some());
+        let is_stuck = table.is_stuck(row);
         let is_on_ground = |(_, near): &(u32, Vec2)| near.distance(at) <= OFF_GROUND_M;
         let state = table.row(row);
         state.aside_s = (state.aside_s - view.delta_s).max(0.0);
         let (own, mut back_over) = (velocity, None);
         let outwards = standing[row].map_or(Vec2::ZERO, |(cell, _)| to_kerb(cell, at, view.ground));
-        if is_held {
+        // One that comes no farther at the end of a crossing leaves the road too, and looks for another way there.
+        if is_held || (is_stuck && outwards != Vec2::ZERO) {
             velocity = outwards;
         }
         // A walker off the ground returns to it, whatever waits for it meanwhile.
