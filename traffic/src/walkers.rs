@@ -218,7 +218,12 @@ pub(crate) fn plan(
             let aside = aside(row, on, own, is_held, in_swept_paths, &crossings);
             if let Some((aside, over)) = aside {
                 (velocity, state.aside_s, back_over) = (aside, ASIDE_S, over);
-            } else if state.aside_s > 0.0 && !in_swept_paths.has(agents.led[row]) {
+            } else if state.aside_s > 0.0
+                && (view.ground.surface.cell(on.0).crossing.is_some()
+                    || !in_swept_paths.has(agents.led[row]))
+            {
+                // On a crossing it stands also if another vehicle waits for it: going on would stop the one to which
+                // it has given way.
                 velocity = Vec2::ZERO;
             }
         }

@@ -603,8 +603,17 @@ fn go_back_from_a_vehicle(as_leader: bool) {
         assert!(back_m > 0.8, "{foot}: {back_m} m back");
     }
     let back = stand.course.feet[0].position;
+    // They stay there though another one behind them waits for the first one too.
+    let behind = standing_vehicle(
+        "vehicle.tesla.model3",
+        vehicle.actor_id.0,
+        place(9.0),
+        tangent.to_angle(),
+    );
+    (stand.waits_for, stand.leader) = (vec![(0, axis)], None);
+    stand.walk(Some(behind), 1.0);
+    assert_eq!(stand.claims(), 0, "they stand and claim no lane meanwhile");
     stand.waits_for.clear();
-    stand.leader = None;
     stand.walk(Some(vehicle), 1.0);
     assert_eq!(stand.claims(), 0, "they stand and claim no lane meanwhile");
     stand.walk(None, 15.0);
