@@ -46,6 +46,8 @@ pub(super) struct Drive {
     pub torque_nm: f32,
     pub damping_nmsprad: f32,
     pub inertia_kgm2: f32,
+    /// By how much the engine turns faster than the wheels drive the gearbox; 0 while the clutch does not slip.
+    pub slip_radps: f32,
 }
 
 impl Drivetrain {
@@ -206,8 +208,8 @@ impl Drivetrain {
             let lost = if torque > 0.0 { efficiency } else { 1.0 };
             return Drive {
                 torque_nm: torque * ratio * lost,
-                damping_nmsprad: 0.0,
                 inertia_kgm2: engine.inertia_kgm2 * ratio * ratio,
+                ..Drive::default()
             };
         }
         // The clutch engages as the engine speed rises above idle.
@@ -227,6 +229,7 @@ impl Drivetrain {
             torque_nm: (clutch + gradient * input_radps) * ratio * lost,
             damping_nmsprad: gradient * ratio * ratio * lost,
             inertia_kgm2: 0.0,
+            slip_radps: slip,
         };
         // Implicit in engine speed, for the same reason.
         let stiffness = if slip.abs() < LOCK_WITHIN_RADPS { stiffness_nms } else { 0.0 };
@@ -252,7 +255,7 @@ impl Drivetrain {
             let torque = self.engine_nm(model);
             let lost = if torque > 0.0 { efficiency } else { 1.0 };
             let inertia_kgm2 = engine.inertia_kgm2 * ratio * ratio;
-            return Drive { torque_nm: torque * ratio * lost, damping_nmsprad: 0.0, inertia_kgm2 };
+            return Drive { torque_nm: torque * ratio * lost, inertia_kgm2, ..Drive::default() };
         }
         if self.throttle == 0.0 {
             self.engine_radps = idle_radps;
@@ -267,22 +270,57 @@ impl Drivetrain {
         Drive { torque_nm: torque * ratio * efficiency, ..Drive::default() }
     }
 
-    /// Locks the clutch or slips it; called once per sub-iteration after the wheels moved.
-    pub(super) fn update_clutch(&mut self, model: &VehicleModel, wheel_radps: f32) {
+    /// Locks the clutch or slips it; called once per sub-iteration after the wheels moved. `before` is the effect
+    /// that they moved under.
+    ///
+    /// The clutch locks where its slip changes its sign too: a strong one in a low gear would else drive the
+    /// wheels and hold them back in turns, and never lock.
+    pub(super) fn update_clutch(&mut self, model: &VehicleModel, before: &Drive, wheel_radps: f32) {
         let ratio = self.ratio(model);
         if ratio == 0.0 {
             return;
         }
         let input_radps = ratio * wheel_radps;
         let idle_radps = model.engine.idle_rpm / RPM_PER_RADPS;
+        let slip = self.engine_radps - input_radps;
         if !self.locked
-            && (self.engine_radps - input_radps).abs() < LOCK_WITHIN_RADPS
+            && (slip.abs() < LOCK_WITHIN_RADPS || slip * before.slip_radps < 0.0)
             && input_radps > (self.release_share() + 0.15) * idle_radps
         {
             self.locked = true;
         }
         if self.locked {
             self.engine_radps = input_radps;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two wheels of 1.5 kg m², which a tyre holds at 8 rad/s with 250 N m per rad/s.
+    #[test]
+    fn a_strong_clutch_locks_in_a_low_gear() {
+        let blueprint = town::blueprint("vehicle.dodge.charger_police_2020").expect("a vehicle").1;
+        let model = VehicleModel::of(blueprint);
+        let (inertia_kgm2, tyre_nms, ground_radps, dt) = (3.0, 250.0, 8.0, 0.0025);
+        for above_radps in [10.0, 20.0, 40.0, 80.0] {
+            let mut drivetrain = Drivetrain::new(&model);
+            let mut wheel_radps = ground_radps;
+            drivetrain.engine_radps = drivetrain.ratio(&model) * wheel_radps + above_radps;
+            let mut slips_s = 0.0;
+            while !drivetrain.locked && slips_s < 1.0 {
+                let drive = drivetrain.drive(&model, wheel_radps, dt);
+                let pull_nm = drive.torque_nm + tyre_nms * ground_radps;
+                let held_nms = drive.damping_nmsprad + tyre_nms;
+                wheel_radps =
+                    (inertia_kgm2 * wheel_radps + pull_nm * dt) / (inertia_kgm2 + held_nms * dt);
+                drivetrain.update_clutch(&model, &drive, wheel_radps);
+                slips_s += dt;
+            }
+            println!("{above_radps} rad/s: {slips_s} s");
+            assert!(slips_s < 0.2, "it slips for {slips_s} s from {above_radps} rad/s on");
         }
     }
 }

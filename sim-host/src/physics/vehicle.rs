@@ -257,7 +257,7 @@ impl Vehicle {
                 bank.advance(wheels, &contacts[index], &motion, &drive, braking, step, &mut wrench);
             }
             let driven_radps = state.driven_radps(prepared);
-            state.drivetrain.update_clutch(model, driven_radps);
+            state.drivetrain.update_clutch(model, &drive, driven_radps);
             corners.add_forces(&motion, model.mass_kg, step, &mut wrench);
             add_aerodynamic_forces(model, &motion, &mut wrench);
             for door in &state.doors {
