@@ -10,7 +10,7 @@ use crate::{
     occupancy::Occupancy,
     route::{ahead, shift_at},
     spread::Spread,
-    steer::wide_offset_left,
+    steer::{evasion_left, wide_offset_left},
     swept_path,
     tracks::{NONE, Tracks},
     vehicle_table::{Vehicle, VehicleTable},
@@ -313,8 +313,10 @@ impl<'a> Course<'a> {
         let ahead_m = self.body.tracking_point_m() + ahead_m;
         let (lane, arc_m) = ahead(self.vehicle, self.tracks, ahead_m);
         let (point, tangent, _) = self.tracks.at(lane, arc_m);
+        let evasion_m = if self.vehicle.passes_prop() { 0.0 } else { evasion_left(self.vehicle) };
         let left_m = shift_at(self.vehicle, ahead_m).left_m
-            + wide_offset_left(self.tracks, lane, arc_m, &self.body);
+            + wide_offset_left(self.tracks, lane, arc_m, &self.body)
+            + evasion_m;
         point.truncate() + tangent.perp() * left_m
     }
 

@@ -3,8 +3,14 @@
 use glam::Vec2;
 
 use crate::{
-    agents::Agents, car_following::SLOW_DOWN_PER_S, leader::Leader, obstacles::Footprint, route,
-    steer::Deviation, tracks::Tracks, vehicle_table::Vehicle,
+    agents::Agents,
+    car_following::SLOW_DOWN_PER_S,
+    leader::Leader,
+    obstacles::Footprint,
+    route,
+    steer::{Deviation, EVASION_COUNT},
+    tracks::Tracks,
+    vehicle_table::Vehicle,
 };
 
 /// Cross-track error beyond which a vehicle is off its track.
@@ -42,6 +48,8 @@ const BACK_STEP_S: f32 = 0.25;
 const BACK_STEPS: u32 = 4;
 /// The steps of them within which the vehicle can stop: its corners must not meet a walker.
 const WALKER_STEPS: u32 = 2;
+/// Cosine of the angle to a leader that comes towards a vehicle, at most.
+const ONCOMING: f32 = -0.7;
 /// Waiting time after which a vehicle drives back even if there is room for half of that way only: less than the gap
 /// that queues leave.
 const SHORT_BACK_AFTER_S: f32 = 20.0;
@@ -84,6 +92,10 @@ pub(crate) fn decide(
 ) -> Maneuver {
     let agent = agents.driven[row] as usize;
     let speed = agents.speed(agent);
+    if leader.aligned < ONCOMING {
+        // It does not try the side of the vehicle that comes.
+        vehicle.reverse_count = vehicle.reverse_count.min(EVASION_COUNT);
+    }
     if vehicle.reverse_s < 0.0 {
         vehicle.reverse_s = (vehicle.reverse_s + delta_s).min(0.0);
         return Maneuver::Hold;
@@ -260,7 +272,14 @@ fn touches(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::body::Bodies;
+    use crate::{
+        body::Bodies,
+        steer::evasion_left,
+        tests::{
+            course::{Car, Course},
+            maps,
+        },
+    };
     use glam::{Quat, Vec3};
     use protocol::{ActorId, ActorState, Pose, kind};
 
@@ -304,6 +323,26 @@ mod tests {
         let mut agents = Agents::default();
         agents.read(&actors, &Bodies::from_catalogue());
         may_back(&agents, 0, 0.48, steps)
+    }
+
+    #[test]
+    fn a_vehicle_does_not_evade_to_the_side_of_one_that_comes_however_often_it_has_driven_back() {
+        let car = Car { position: Vec3::new(30.0, -1.75, 0.0), ..Car::default() };
+        let mut course = Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, vec![car]);
+        let actors = course.actors.clone();
+        course.tick();
+        let mut agents = Agents::default();
+        agents.read(&actors, &course.planner.map.bodies);
+        let evades_left_m = |aligned: f32| {
+            let mut vehicle = course.planner.state.vehicles[0];
+            (vehicle.reverse_count, vehicle.evasion_side) = (EVASION_COUNT + 1, -1.0);
+            let leader = Leader { gap_m: 1.0, speed_mps: 0.0, agent: 0, aligned };
+            let on = (&course.planner.map.tracks, &agents);
+            decide(&mut vehicle, 0, on, &Deviation::default(), &leader, (0.0, 0.0), 0.05);
+            evasion_left(&vehicle)
+        };
+        assert!(evades_left_m(-0.9) < 0.0, "away from it");
+        assert!(evades_left_m(0.3) > 0.0, "to the other side");
     }
 
     #[test]

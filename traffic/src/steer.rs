@@ -58,7 +58,7 @@ const BACK_RETURN_M: f32 = 5.0;
 /// Lateral offset after each reversal.
 const EVASION_M: f32 = 0.5;
 /// Number of reversals after which the vehicle evades to the other side.
-const EVASION_COUNT: u32 = 4;
+pub(crate) const EVASION_COUNT: u32 = 4;
 
 /// Deviation of a vehicle from its line.
 #[derive(Clone, Copy, Debug, Default)]
@@ -106,8 +106,9 @@ fn ride_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 
 }
 
 /// Returns the lateral offset of a vehicle that has reversed: away from what was in its way, which
-/// would block it again. After `EVASION_COUNT` attempts it tries the other side.
-fn evasion_left(vehicle: &Vehicle) -> f32 {
+/// would block it again. After `EVASION_COUNT` attempts it tries the other side, which a vehicle that another one
+/// comes towards never makes.
+pub(crate) fn evasion_left(vehicle: &Vehicle) -> f32 {
     let (away, count) = (vehicle.evasion_side, vehicle.reverse_count);
     let side = if count > EVASION_COUNT { -away } else { away };
     side * EVASION_M * (count.min(2) as f32)
