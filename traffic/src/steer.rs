@@ -106,8 +106,8 @@ fn ride_offset_left(tracks: &Tracks, lane: u32, arc_m: f32, body: &Body) -> f32 
 }
 
 /// Returns the lateral offset of a vehicle that has reversed: away from what was in its way, which
-/// would block it again. After `EVASION_COUNT` attempts it tries the other side, which a vehicle that another one
-/// comes towards never makes.
+/// would block it again. After `EVASION_COUNT` attempts it tries the other side; attempts before a vehicle that comes
+/// are counted up to there only.
 pub(crate) fn evasion_left(vehicle: &Vehicle) -> f32 {
     let (away, count) = (vehicle.evasion_side, vehicle.reverse_count);
     let side = if count > EVASION_COUNT { -away } else { away };
