@@ -495,6 +495,24 @@ mod tests {
     }
 
     #[test]
+    fn a_course_leads_to_the_side_to_which_the_vehicle_evades() {
+        let car = Car { position: Vec3::new(14.0, -1.75, 0.0), ..Car::default() };
+        let mut world = World::with_cars(maps::two_way_loop(20.0, 60.0), 1, vec![car]);
+        let actors = world.actors.clone();
+        world.tick();
+        let (map, vehicles) = (world.planner.map.clone(), &mut world.planner.state.vehicles);
+        let mut agents = Agents::default();
+        agents.read(&actors, &map.bodies);
+        let mut left_m = |reverse_count: u32| {
+            (vehicles[0].reverse_count, vehicles[0].evasion_side) = (reverse_count, 1.0);
+            let mut course = Course::new(vehicles, 0, &map.tracks, &agents);
+            (0..20).map(|_| course.step(1.0).middle.y + 1.75).last().expect("a step")
+        };
+        assert!(left_m(0).abs() < 0.1);
+        assert!((0.9..1.1).contains(&left_m(2)), "{} m", left_m(2));
+    }
+
+    #[test]
     fn footprints_touch_where_they_overlap() {
         let place = |x: f32, y: f32, yaw: f32| Footprint {
             middle: Vec2::new(x, y),
