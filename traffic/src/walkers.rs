@@ -48,6 +48,8 @@ const OFF_GROUND_M: f32 = 0.4;
 const ASIDE_S: f32 = 6.0;
 /// Length of free ground that a walker needs to step aside. Metres.
 const ROOM_M: f32 = 0.5;
+/// Angle from the way out of a swept path at which a walker steps aside where that way is not free.
+const SLANT_RAD: f32 = 60.0_f32.to_radians();
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
 /// Distance from the kerb at which a walker waits, if there is room, and its speed on the way there. Metres,
@@ -295,7 +297,11 @@ fn aside(
         let has_room = (there - at).dot(direction) > 0.5 * ROOM_M;
         has_room.then(|| (surface.cell(last).crossing, there))
     };
-    [out, back].into_iter().flatten().find_map(|velocity| {
+    // A pole or a corner of the ground may leave no room straight out of the path.
+    let slanting = [SLANT_RAD, -SLANT_RAD].map(|angle| {
+        out.filter(|_| is_held && here.is_none()).map(|out| Vec2::from_angle(angle).rotate(out))
+    });
+    [out, back].into_iter().chain(slanting).flatten().find_map(|velocity| {
         // At a corner, another crossing may end behind a walker that waits.
         let over_end = || {
             let ends = |(over, there): &(Option<u32>, Vec2)| {

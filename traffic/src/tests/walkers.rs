@@ -551,6 +551,31 @@ fn a_walker_that_waits_at_a_corner_steps_aside_over_the_end_of_another_crossing(
 }
 
 #[test]
+fn a_walker_that_waits_before_a_crossing_steps_aside_at_a_slant_if_there_is_no_other_room() {
+    // Along y: 0.5 m of sidewalk, then the crossing.
+    let cells = [([-6.5, -24.0], [-6.0, -20.0]), ([-6.0, -24.0], [6.0, -20.0])];
+    let mut ground = rectangles(&cells, Area::Crosswalk);
+    let outlines = ground.crossings.iter_mut().flat_map(|crossing| &mut crossing.outline);
+    for position in ground.cells.positions.iter_mut().chain(outlines) {
+        *position = DVec3::new(-position.y, position.x, 0.0);
+    }
+    for sidewalk in &mut ground.cells.triangles[..2] {
+        (sidewalk.area, sidewalk.crossing) = (Area::Sidewalk, None);
+    }
+    let mut course = on_ground(ground);
+    let from = vec2(22.0, -6.3);
+    let id = course.add_foot(from);
+    let mut stand = Stand::of(course, vec![(0, vec2(0.0, -1.0))]);
+    stand.table.retain([id.0].into_iter());
+    stand.table.set_own_way(0, vec![vec2(22.0, 5.5)]);
+    // It stands on the crossing, so that the walker waits.
+    let car = standing_vehicle("vehicle.tesla.model3", id.0 + 1, vec2(22.0, -1.75), 0.0);
+    stand.walk(Some(car), 2.0);
+    let walked = stand.course.feet[0].position - from;
+    assert!(walked.x.abs() > 0.2 && walked.y < -0.1, "{walked}");
+}
+
+#[test]
 fn walkers_on_a_crossing_go_back_from_a_vehicle_in_their_way_that_waits_for_them() {
     go_back_from_a_vehicle(false);
 }
