@@ -524,6 +524,26 @@ fn walked_beside_a_path(from: Vec2, away: Vec2) -> Vec2 {
 }
 
 #[test]
+fn a_walker_beside_a_point_of_its_way_has_passed_it_only_if_the_way_to_the_next_is_free() {
+    let farthest_m = |next: Vec2| {
+        let mut course = path();
+        course.add_foot(vec2(20.0, 20.05));
+        course.snapshot();
+        course.tick();
+        course.planner.state.walkers.set_own_way(0, vec![vec2(21.0, 20.2), next]);
+        let mut farthest_m = 0.0_f32;
+        for _ in 0..40 {
+            course.tick();
+            farthest_m = farthest_m.max(course.feet[0].position.x - 20.0);
+        }
+        farthest_m
+    };
+    let (free_m, not_free_m) = (farthest_m(vec2(10.0, 22.5)), farthest_m(vec2(19.0, 10.0)));
+    assert!(free_m < 0.1, "it goes {free_m} m to a point that it has passed");
+    assert!(not_free_m > 0.5, "it goes {not_free_m} m before it turns");
+}
+
+#[test]
 fn a_walker_with_no_ground_to_step_aside_goes_on() {
     let walked = walked_beside_a_path(vec2(5.0, 20.02), vec2(0.0, -1.0));
     assert!(walked.length() > 5.0, "{walked}");

@@ -25,6 +25,9 @@ const TRIES: u32 = 24;
 const PLACE_REACH_M: f32 = 50.0;
 /// A point of a way is passed at this distance. Metres.
 const PASSED_M: f32 = 0.4;
+/// A point is passed beside it too, up to this distance and with so much free ground towards the next one. Metres.
+const BESIDE_M: f32 = 1.2;
+const FREE_M: f32 = 2.0;
 /// The last point of a way is passed at this distance. Metres.
 const ARRIVED_M: f32 = 0.8;
 
@@ -41,7 +44,7 @@ pub(super) fn choose(
     for row in 0..table.count() {
         let Some((cell, at)) = standing[row] else { continue };
         let id = table.id(row);
-        pass_points(table, row, at);
+        pass_points(table, row, (cell, at), view);
         let client_place = routes.first_place(id);
         if table.way(row).is_empty() && table.goal(row) == goal::CLIENT {
             routes.pass_place(id);
@@ -136,13 +139,21 @@ fn draw(
 }
 
 /// Removes the points of a way that a walker has passed.
-fn pass_points(table: &mut WalkerTable, row: usize, at: Vec2) {
+fn pass_points(table: &mut WalkerTable, row: usize, (cell, at): (u32, Vec2), view: &View<'_>) {
+    // There may be a hole between a walker beside a corner and the way beyond.
+    let is_free = |to: Vec2| {
+        let ahead = (to - at).clamp_length_max(FREE_M);
+        let (_, there) = view.ground.surface.step(cell, at, at + ahead, |_| true);
+        (there - at).dot(ahead) > 0.5 * ahead.length_squared()
+    };
     while let Some(&point) = table.way(row).first() {
         let is_passed = match table.way(row).get(1) {
             Some(next) => {
                 let along = (*next - point).normalize_or_zero();
                 point.distance(at) < PASSED_M
-                    || (point.distance(at) < 3.0 * PASSED_M && (at - point).dot(along) > 0.0)
+                    || (point.distance(at) < BESIDE_M
+                        && (at - point).dot(along) > 0.0
+                        && is_free(*next))
             }
             None => point.distance(at) < ARRIVED_M,
         };
