@@ -198,7 +198,7 @@ fn leader_during_change(vehicle: &Vehicle, row: usize, view: &View, leader: Lead
             from = tracks.project(beside, place, hint_m).arc_m;
             start = -from - body.front_m;
         }
-        let old = leader::first_ahead(view.occupancy, beside, own, start, from);
+        let old = leader::first_ahead(view.occupancy, beside, [own, NONE], start, from);
         if old.gap_m.is_finite() {
             let there = route::shift_at(vehicle, old.gap_m.max(0.0)).left_m;
             let apart = full.abs() - there.abs();

@@ -313,10 +313,10 @@ fn assess_gap(row: usize, view: &View, side: u32, rear: f32, front: f32) -> Opti
     if alongside {
         return None;
     }
-    let mut leader = first_ahead(view.occupancy, side, own, -front, f32::NEG_INFINITY);
+    let mut leader = first_ahead(view.occupancy, side, [own, NONE], -front, f32::NEG_INFINITY);
     if let [next] = tracks.next(side) {
         let begins = tracks.length(side) - front;
-        let beyond = first_ahead(view.occupancy, *next, own, begins, f32::NEG_INFINITY);
+        let beyond = first_ahead(view.occupancy, *next, [own, NONE], begins, f32::NEG_INFINITY);
         if beyond.gap_m < leader.gap_m {
             leader = beyond;
         }

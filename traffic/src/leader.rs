@@ -1,6 +1,11 @@
 //! The leader of a vehicle: the nearest agent ahead of it on its route.
 
-use crate::{agents::Agents, occupancy::Occupancy, tracks::Tracks, vehicle_table::Vehicle};
+use crate::{
+    agents::Agents,
+    occupancy::Occupancy,
+    tracks::{NONE, Tracks},
+    vehicle_table::Vehicle,
+};
 
 /// The agent that a vehicle follows.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -38,6 +43,17 @@ pub(crate) fn leader(
     occupancy: &Occupancy,
     horizon_m: f32,
 ) -> Leader {
+    leader_except(NONE, vehicle, row, (tracks, agents, occupancy), horizon_m)
+}
+
+/// As [`leader`], without one agent.
+pub(crate) fn leader_except(
+    except: u32,
+    vehicle: &Vehicle,
+    row: usize,
+    (tracks, agents, occupancy): (&Tracks, &Agents, &Occupancy),
+    horizon_m: f32,
+) -> Leader {
     let own = agents.driven[row];
     let front = vehicle.arc_m + agents.body[own as usize].front_m;
     let mut begins = -front;
@@ -47,7 +63,7 @@ pub(crate) fn leader(
             break;
         }
         let from = if k == 0 { vehicle.arc_m } else { f32::NEG_INFINITY };
-        found = found.nearer(first_ahead(occupancy, lane, own, begins, from));
+        found = found.nearer(first_ahead(occupancy, lane, [own, except], begins, from));
         if found.gap_m < begins + tracks.length(lane) - 10.0 {
             break;
         }
@@ -56,12 +72,12 @@ pub(crate) fn leader(
     found
 }
 
-/// Returns the nearest occupant of `lane` whose front is ahead of the bumper, which lies at arc
-/// length `-begins`.
+/// Returns the nearest occupant of `lane`, without an agent or [`NONE`], whose front is ahead of the bumper,
+/// which lies at arc length `-begins`.
 pub(crate) fn first_ahead(
     occupancy: &Occupancy,
     lane: u32,
-    own: u32,
+    [own, except]: [u32; 2],
     begins: f32,
     middle_from: f32,
 ) -> Leader {
@@ -69,7 +85,10 @@ pub(crate) fn first_ahead(
     for occupant in occupancy.on(lane) {
         let nose = begins + occupant.front_m;
         let middle = 0.5 * (occupant.front_m + occupant.rear_m);
-        if !occupancy.reacts_to(own, occupant.agent) || middle < middle_from {
+        if !occupancy.reacts_to(own, occupant.agent)
+            || occupant.agent == except
+            || middle < middle_from
+        {
             continue;
         }
         if nose < 0.0 || (nose == 0.0 && occupant.agent > own) {

@@ -343,6 +343,20 @@ pub(crate) fn is_way_free(
     touched(vehicles, row, tracks, agents, distance_m, NARROW_M, |_| true).1.is_empty()
 }
 
+/// Returns whether a vehicle would clear an agent, if by little, if it drove `distance_m` along its route.
+pub(crate) fn clears(
+    vehicles: &VehicleTable,
+    row: usize,
+    tracks: &Tracks,
+    agents: &Agents,
+    other: u32,
+    distance_m: f32,
+) -> bool {
+    let counts = |agent: usize| agent as u32 == other;
+    let (cleared, _) = touched(vehicles, row, tracks, agents, distance_m, NARROW_M, counts);
+    !cleared.is_empty()
+}
+
 /// Returns of the agents that `count`, those that a vehicle would clear by `margin_m` if it drove
 /// `distance_m` along its route and all others stood still, and those that it would not.
 pub(crate) fn touched(

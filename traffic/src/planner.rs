@@ -19,7 +19,7 @@ use crate::{
     params::Params,
     passing, pedals,
     prop_waits::{self, PropWait},
-    route,
+    recover, route,
     spread::{Spread, Threads},
     standstill::{self, QueueHead, Standstill, Stays},
     state::{PlannerState, RestoreError},
@@ -480,7 +480,12 @@ impl Planner {
                 desired = desired.min(passing::SPEED_MPS);
             }
             let horizon_m = 30.0 + 4.0 * speed.max(0.0) + 0.25 * speed * speed;
-            (desired, leader::leader(vehicle, row, tracks, agents, occupancy, horizon_m))
+            let mut leader = leader::leader(vehicle, row, tracks, agents, occupancy, horizon_m);
+            if recover::has_evaded(vehicles, row, (tracks, agents), &leader) {
+                let view = (tracks, agents, occupancy);
+                leader = leader::leader_except(leader.agent, vehicle, row, view, horizon_m);
+            }
+            (desired, leader)
         });
         for obstacle in &scratch.obstacles {
             let leader = &mut scratch.leaders[obstacle.row];

@@ -6,11 +6,11 @@ use crate::{
     agents::Agents,
     car_following::SLOW_DOWN_PER_S,
     leader::Leader,
-    obstacles::Footprint,
+    obstacles::{self, Footprint},
     route,
     steer::{Deviation, EVASION_COUNT},
     tracks::Tracks,
-    vehicle_table::Vehicle,
+    vehicle_table::{Vehicle, VehicleTable},
 };
 
 /// Cross-track error beyond which a vehicle is off its track.
@@ -30,6 +30,8 @@ pub(crate) const FAST_BRAKE_MPS2: f32 = 1.0;
 const REVERSE_MPS: f32 = 1.5;
 /// Time at standstill after which a vehicle counts as stuck.
 const PATIENCE_S: f32 = 3.0;
+/// Speed below which a vehicle counts as standing that another one passes.
+const STANDING_MPS: f32 = 0.1;
 /// Duration of one attempt in reverse.
 const REVERSE_S: f32 = 3.0;
 /// Least time to wait after reversing.
@@ -129,6 +131,25 @@ pub(crate) fn decide(
         }
     }
     Maneuver::Forward
+}
+
+/// Returns whether a vehicle that has driven back from a wide vehicle which stands on the oncoming lane, and evades to
+/// the other side, passes it now, though a corner of the wide one reaches into its lane.
+pub(crate) fn has_evaded(
+    vehicles: &VehicleTable,
+    row: usize,
+    (tracks, agents): (&Tracks, &Agents),
+    leader: &Leader,
+) -> bool {
+    if vehicles[row].reverse_count == 0 || leader.aligned > ONCOMING {
+        return false;
+    }
+    let [own, other] = [agents.driven[row], leader.agent].map(|agent| agents.body[agent as usize]);
+    let stands = agents.velocity[leader.agent as usize].length() < STANDING_MPS;
+    let way_m = leader.gap_m + other.length_m() + own.length_m();
+    other.is_wide()
+        && stands
+        && obstacles::clears(vehicles, row, tracks, agents, leader.agent, way_m)
 }
 
 /// Ends the recovery of a vehicle that is to stand.
@@ -343,6 +364,30 @@ mod tests {
         };
         assert!(evades_left_m(-0.9) < 0.0, "away from it");
         assert!(evades_left_m(0.3) > 0.0, "to the other side");
+    }
+
+    #[test]
+    fn a_vehicle_that_evades_passes_a_bus_of_which_a_corner_is_on_its_lane() {
+        let car = Car { position: Vec3::new(14.0, -1.75, 0.0), ..Car::default() };
+        let bus = Car {
+            position: Vec3::new(30.0, 0.9, 0.0),
+            yaw: std::f32::consts::PI,
+            parked: true,
+            ..Car::default()
+        };
+        let bus = bus.built_as("vehicle.mitsubishi.fusorosa");
+        let mut course = Course::with_cars(maps::two_way_loop(20.0, 60.0), 1, vec![car, bus]);
+        let mut leader = |reverse_count: u32, evasion_side: f32| {
+            course.tick();
+            let vehicle = &mut course.planner.state.vehicles[0];
+            (vehicle.reverse_count, vehicle.evasion_side) = (reverse_count, evasion_side);
+            course.tick();
+            let plan = course.planner.vehicle_plans().next().expect("it is planned");
+            plan.leader.0
+        };
+        assert_eq!(leader(0, -1.0), 2, "it has not driven back");
+        assert_eq!(leader(2, -1.0), 0, "it passes");
+        assert_eq!(leader(2, 1.0), 2, "it evades towards the bus");
     }
 
     #[test]
