@@ -49,7 +49,7 @@ const ASIDE_S: f32 = 6.0;
 /// Length of free ground that a walker needs to step aside. Metres.
 const ROOM_M: f32 = 0.5;
 /// Angle from the way out of a swept path at which a walker steps aside where that way is not free.
-const SLANT_RAD: f32 = 60.0_f32.to_radians();
+const SLANT_RAD: f32 = std::f32::consts::FRAC_PI_3;
 /// Distance before a crossing at which a walker decides whether to begin. Metres.
 const GATE_M: f32 = 0.5;
 /// Distance from the kerb at which a walker waits, if there is room, and its speed on the way there. Metres,
