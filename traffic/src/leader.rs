@@ -72,8 +72,8 @@ pub(crate) fn leader_except(
     found
 }
 
-/// Returns the nearest occupant of `lane`, without an agent or [`NONE`], whose front is ahead of the bumper,
-/// which lies at arc length `-begins`.
+/// Returns the nearest occupant of `lane` other than `except` whose front is ahead of the bumper, which lies
+/// at arc length `-begins`. With [`NONE`], all occupants count.
 pub(crate) fn first_ahead(
     occupancy: &Occupancy,
     lane: u32,

@@ -343,7 +343,8 @@ pub(crate) fn is_way_free(
     touched(vehicles, row, tracks, agents, distance_m, NARROW_M, |_| true).1.is_empty()
 }
 
-/// Returns whether a vehicle would clear an agent, if by little, if it drove `distance_m` along its route.
+/// Returns whether a vehicle would clear an agent by at least [`NARROW_M`] if it drove `distance_m` along its
+/// route.
 pub(crate) fn clears(
     vehicles: &VehicleTable,
     row: usize,
